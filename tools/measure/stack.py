@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Worst stack depth of a linked AVR image, from its disassembly.
+
+A function's own depth is what its prologue takes: one byte a ``push``, the bytes that the frame
+pointer r28:r29 moves between being read from SP and written back, and two for an ``rcall .+0``
+(avr-gcc's way to reserve two bytes). A call adds two bytes of return address, a tail jump none.
+The worst case is the deepest path from ``main`` plus the deepest interrupt handler, since handlers
+do not nest; one that allows interrupts again, recursion, or an indirect call make the sum
+unknowable, and are refused by name.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+RETURN_ADDRESS_BYTES = 2
+
+_FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[^>]+)>:$")
+_INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?P<op>[a-z]+)\s*(?P<args>[^;]*)(?:;.*?<(?P<to>.+)>)?")
+_VECTOR = re.compile(r"^__vector_\d+$")
+
+
+class UnboundedStack(Exception):
+    """The worst depth cannot be known from the code."""
+
+
+@dataclass
+class Function:
+    name: str
+    own_bytes: int = 0
+    calls: set[str] = field(default_factory=set)
+    tail_jumps: set[str] = field(default_factory=set)
+    indirect_call: bool = False
+    enables_interrupts: bool = False
+
+
+@dataclass(frozen=True)
+class StackDepth:
+    total_bytes: int
+    main_path: tuple[str, ...]
+    main_bytes: int
+    interrupt_path: tuple[str, ...]
+    interrupt_bytes: int
+
+
+def parse_disassembly(text: str) -> dict[str, Function]:
+    """Functions of ``avr-objdump -d --no-show-raw-insn`` by name."""
+    functions: dict[str, Function] = {}
+    function = None
+    moving_frame_pointer = False
+    for line in text.splitlines():
+        if start := _FUNCTION.match(line):
+            function = functions.setdefault(start["name"], Function(start["name"]))
+            moving_frame_pointer = False
+            continue
+        instruction = _INSTRUCTION.match(line)
+        if function is None or instruction is None:
+            continue
+        op, args = instruction["op"], instruction["args"].strip()
+        if op == "in" and args == "r28, 0x3d":
+            moving_frame_pointer = True
+        elif op == "out" and args == "0x3d, r28":
+            moving_frame_pointer = False
+        _note(function, op, args, instruction["to"], moving_frame_pointer)
+    return functions
+
+
+def _note(function: Function, op: str, args: str, to: str | None, moving_frame: bool) -> None:
+    target = to.split("+")[0] if to else None
+    if op == "push":
+        function.own_bytes += 1
+    elif op == "rcall" and args == ".+0":
+        function.own_bytes += RETURN_ADDRESS_BYTES
+    elif op in ("call", "rcall") and target:
+        function.calls.add(target)
+    elif op in ("jmp", "rjmp") and to and "+" not in to and to != function.name:
+        function.tail_jumps.add(to)
+    elif op in ("icall", "eicall", "ijmp", "eijmp"):
+        function.indirect_call = True
+    elif op == "sei":
+        function.enables_interrupts = True
+    elif moving_frame and (move := re.match(r"r2[89], (0x[0-9a-fA-F]+|\d+)$", args)):
+        amount = int(move[1], 0)
+        function.own_bytes += amount << 8 if op == "sbci" else amount
+
+
+def deepest(functions: dict[str, Function], name: str) -> tuple[int, tuple[str, ...]]:
+    """Bytes and path of the deepest chain from ``name``, its return address not counted."""
+    known: dict[str, tuple[int, tuple[str, ...]]] = {}
+
+    def visit(name: str, above: tuple[str, ...]) -> tuple[int, tuple[str, ...]]:
+        if name in above:
+            raise UnboundedStack("recursion: " + " -> ".join((*above, name)))
+        if name in known:
+            return known[name]
+        function = functions[name]
+        if function.indirect_call:
+            raise UnboundedStack(f"indirect call in {name}")
+        below = [
+            (visit(callee, (*above, name)), extra)
+            for callees, extra in (
+                (function.calls, RETURN_ADDRESS_BYTES),
+                (function.tail_jumps, 0),
+            )
+            for callee in sorted(callees)
+            if callee in functions
+        ]
+        depth, path = max(((b[0] + extra, b[1]) for b, extra in below), default=(0, ()))
+        known[name] = (function.own_bytes + depth, (name, *path))
+        return known[name]
+
+    return visit(name, ())
+
+
+def worst_stack(functions: dict[str, Function]) -> StackDepth:
+    main_bytes, main_path = deepest(functions, "main")
+    handlers = []
+    for name in functions:
+        if _VECTOR.match(name):
+            depth, path = deepest(functions, name)
+            nesting = [f for f in path if functions[f].enables_interrupts]
+            if nesting:
+                raise UnboundedStack(f"{nesting[0]} enables interrupts inside {name}")
+            handlers.append((depth + RETURN_ADDRESS_BYTES, path))
+    interrupt_bytes, interrupt_path = max(handlers, default=(0, ()))
+    main_bytes += RETURN_ADDRESS_BYTES  # the start-up code calls main
+    return StackDepth(
+        main_bytes + interrupt_bytes, main_path, main_bytes, interrupt_path, interrupt_bytes
+    )
+
+
+def measure_stack(elf: Path) -> StackDepth:
+    listing = subprocess.run(
+        ["avr-objdump", "-d", "--no-show-raw-insn", str(elf)],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    return worst_stack(parse_disassembly(listing))
