@@ -22,27 +22,26 @@ enum {
 };
 
 typedef struct {
-    uint8_t  id;
-    uint8_t  sequence;    /* frames of this sender, modulo 256 */
-    uint32_t device_us;   /* the device's clock; 0 from a host */
-    uint8_t  payload_len; /* 0..FRAME_PAYLOAD_MAX */
-    uint8_t  payload[FRAME_PAYLOAD_MAX];
+    uint8_t        id;
+    uint8_t        sequence;    /* frames of this sender, modulo 256 */
+    uint32_t       device_us;   /* the device's clock; 0 from a host */
+    uint8_t        payload_len; /* 0..FRAME_PAYLOAD_MAX */
+    const uint8_t *payload;     /* the sender's bytes, or inside the decoder that gave the frame */
 } frame_t;
 
 typedef enum {
     FRAME_PENDING,  /* go on */
-    FRAME_READY,    /* `frame` of the decoder holds a good one until the next push */
+    FRAME_READY,    /* frame_decoder_read gives a good one until the next push */
     FRAME_BAD_COBS, /* a code byte points past the delimiter */
     FRAME_BAD_LEN,  /* shorter than header and CRC, or longer than FRAME_BODY_MAX */
     FRAME_BAD_CRC
 } frame_status_t;
 
 typedef struct {
-    frame_t frame;                    /* valid after FRAME_READY */
-    uint8_t body[FRAME_BODY_MAX];     /* decoded so far */
-    uint8_t body_len;                 /* 0..FRAME_BODY_MAX */
-    uint8_t block_left;               /* bytes until the next COBS code byte; 0: expects one */
-    uint8_t flags;                    /* see frame.c */
+    uint8_t body[FRAME_BODY_MAX]; /* decoded so far */
+    uint8_t body_len;             /* 0..FRAME_BODY_MAX */
+    uint8_t block_left;           /* bytes until the next COBS code byte; 0: expects one */
+    uint8_t flags;                /* see frame.c */
 } frame_decoder_t;
 
 /* Write the frame's bytes, delimiter included; gives their number, at most FRAME_WIRE_MAX.
@@ -51,6 +50,10 @@ uint8_t frame_encode(uint8_t wire[], const frame_t *frame);
 
 void           frame_decoder_init(frame_decoder_t *decoder);
 frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte);
+
+/* The frame that the last push completed. Its payload lies in decoder->body: use it before the
+ * next push. */
+void frame_decoder_read(const frame_decoder_t *decoder, frame_t *frame);
 
 /* CRC-16/MCRF4XX of len bytes, started at 0xFFFF. */
 uint16_t frame_crc16(const uint8_t bytes[], uint8_t len);
