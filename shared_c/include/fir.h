@@ -26,9 +26,9 @@ typedef struct {
 
 typedef struct {
     const fir_config_t *config;
-    uint8_t window[6 * FIR_TAPS_MAX]; /* samples + 2^23, 3 bytes each, kept twice: no wrap to test */
-    uint8_t next;                     /* where the next sample goes, 0..taps-1 */
-    uint16_t clipped;                 /* samples and results clamped to 24 bits, stops at 65535 */
+    uint8_t  window[6 * FIR_TAPS_MAX]; /* counts + 2^23 in 3 bytes, each kept twice: no wrap */
+    uint8_t  next;                     /* where the next sample goes, 0..taps-1 */
+    uint16_t clipped;                  /* samples and results clamped, stops at 65535 */
 } fir_t;
 
 /* Prime the filter: it answers first_counts for ever if it is fed first_counts. */

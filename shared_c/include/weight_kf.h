@@ -26,9 +26,9 @@ typedef struct {
 
 typedef struct {
     const weight_kf_config_t *config;
-    int32_t  estimate_counts_q7; /* |.| <= 2^30 */
-    uint8_t  step;               /* index of the next gain, 0..gain_len-1 */
-    uint16_t clipped;            /* measurements clamped to 24 bits, stops at 65535 */
+    int32_t                   estimate_counts_q7; /* |.| <= 2^30 */
+    uint8_t                   step;               /* index of the next gain, 0..gain_len-1 */
+    uint16_t                  clipped; /* measurements clamped to 24 bits, stops at 65535 */
 } weight_kf_t;
 
 /* Start at first_counts with the first gain of the schedule. */

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT */
+/* port_fir - the FIR's inner loop, folded about its middle. Contract: shared_c/src/port_fir.h
+ *
+ *   int32_t port_fir_fold(const uint8_t window[], const int16_t half_q15[], uint8_t pairs)
+ *                         r25:r24                 r23:r22                   r20
+ *
+ * The sum needs 40 bits, signed (see the contract), so everything here is modulo 2^40: bytes 0..4.
+ * Products are gathered in three columns, each 3 bytes wide, and added together once at the end:
+ *
+ *   column 0    bytes 0..2    s0 * cl                                 unsigned
+ *   column 8    bytes 1..3    s1 * cl + s0 * ch                       signed
+ *   column 16   bytes 2..4    s2 * cl + s1 * ch + 2^8 s2 * ch         modulo 2^24
+ *
+ * where s2:s1:s0 is the sum of a sample and its mirror (a carry out of it is worth 2^24 and adds
+ * the coefficient to bytes 3 and 4), cl the coefficient's low byte, unsigned, ch its high byte,
+ * signed: MULSU leaves the sign of the product in the carry, and SBC of zero extends it.
+ * Bounds: column 0 <= pairs * 65025, column 8 in pairs * [-32640, 97410] + 64; both fit in their
+ * 3 bytes up to 86 pairs, and a window has 16 at most.
+ * Time: 58 cycles a pair, one more where the fold carries.
+ */
+
+#define acc0_0  r9  /* column 0 */
+#define acc0_1  r10
+#define acc0_2  r11
+#define acc8_0  r16 /* column 8; r16 and r17 take their start values by LDI */
+#define acc8_1  r12
+#define acc8_2  r13
+#define acc16_0 r14 /* column 16 */
+#define acc16_1 r15
+#define acc16_2 r17
+#define s0      r18 /* sample, then folded sample; MULSU wants r16..r23 */
+#define s1      r19
+#define s2      r20
+#define mirror0 r21 /* the mirrored sample ... */
+#define mirror1 r22
+#define mirror2 r23
+#define cl      r22 /* ... and, once it is added, the coefficient */
+#define ch      r23
+#define left    r24 /* pairs left */
+#define zero    r25
+        /* X: older samples, upwards.  Y: newer samples, downwards.  Z: coefficients in ROM */
+
+        .section .text.port_fir_fold, "ax", @progbits
+        .global port_fir_fold
+        .type   port_fir_fold, @function
+port_fir_fold:
+        push    acc0_0
+        push    acc0_1
+        push    acc0_2
+        push    acc8_1
+        push    acc8_2
+        push    acc16_0
+        push    acc16_1
+        push    acc8_0
+        push    acc16_2
+        push    r28
+        push    r29
+
+        movw    r26, r24            /* X = window */
+        movw    r30, r22            /* Z = half_q15 */
+        mov     left, r20
+        ldi     s0, 6
+        mul     left, s0
+        movw    r28, r26
+        add     r28, r0
+        adc     r29, r1             /* Y = behind the newest sample */
+        clr     zero
+        clr     acc0_0
+        clr     acc0_1
+        clr     acc0_2
+        ldi     acc8_0, 0x40        /* 2^14: round half up */
+        clr     acc8_1
+        clr     acc8_2
+        clr     acc16_0
+        clr     acc16_1
+        ldi     acc16_2, 0xC0       /* -2^38: the samples' offset times the taps' sum */
+
+next_pair:
+        ld      s0, X+
+        ld      s1, X+
+        ld      s2, X+
+        ld      mirror2, -Y
+        ld      mirror1, -Y
+        ld      mirror0, -Y
+        add     s0, mirror0
+        adc     s1, mirror1
+        adc     s2, mirror2
+        lpm     cl, Z+              /* leaves the carry alone */
+        lpm     ch, Z+
+        brcc    no_carry
+        add     acc16_1, cl
+        adc     acc16_2, ch
+no_carry:
+        mul     s0, cl
+        add     acc0_0, r0
+        adc     acc0_1, r1
+        adc     acc0_2, zero
+        mul     s1, cl
+        add     acc8_0, r0
+        adc     acc8_1, r1
+        adc     acc8_2, zero
+        mul     s2, cl
+        add     acc16_0, r0
+        adc     acc16_1, r1
+        adc     acc16_2, zero
+        mulsu   ch, s0
+        sbc     acc8_2, zero
+        add     acc8_0, r0
+        adc     acc8_1, r1
+        adc     acc8_2, zero
+        mulsu   ch, s1
+        sbc     acc16_2, zero
+        add     acc16_0, r0
+        adc     acc16_1, r1
+        adc     acc16_2, zero
+        mulsu   ch, s2
+        add     acc16_1, r0
+        adc     acc16_2, r1
+        dec     left
+        brne    next_pair
+
+        /* r25:r22 = (sum of the columns) >> 15, that is, bytes 2..4 of twice the sum and its sign.
+         * Byte 0 of column 0 takes no part any more; r20 holds byte 1, r21 the sign of column 8. */
+        mov     r21, acc8_2
+        lsl     r21
+        sbc     r21, r21
+        mov     r20, acc0_1
+        mov     r22, acc0_2
+        add     r20, acc8_0
+        adc     r22, acc8_1
+        adc     acc8_2, zero
+        adc     r21, zero
+        mov     r23, acc8_2
+        mov     r24, r21
+        add     r22, acc16_0
+        adc     r23, acc16_1
+        adc     r24, acc16_2
+        lsl     r20
+        rol     r22
+        rol     r23
+        rol     r24
+        sbc     r25, r25            /* the sign, from the carry */
+        clr     r1                  /* what C expects in r1 */
+
+        pop     r29
+        pop     r28
+        pop     acc16_2
+        pop     acc8_0
+        pop     acc16_1
+        pop     acc16_0
+        pop     acc8_2
+        pop     acc8_1
+        pop     acc0_2
+        pop     acc0_1
+        pop     acc0_0
+        ret
+        .size   port_fir_fold, . - port_fir_fold

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+#include "frame.h"
+
+#include <stdbool.h>
+
+#include "port_assert.h"
+#include "port_crc.h"
+
+enum {
+    DELIMITER = 0x00,
+    CODE_MAX  = 0xFF, /* a block of 254 bytes that no zero ends, COBS table 1 */
+
+    FLAG_STARTED = 1U << 0, /* a code byte has been seen since the delimiter */
+    FLAG_ZERO    = 1U << 1, /* the block that is being read ends in a zero, if another follows */
+    FLAG_LONG    = 1U << 2, /* the body has more than FRAME_BODY_MAX bytes */
+};
+
+_Static_assert(FRAME_BODY_MAX < 254, "one COBS code byte a zero, none for length");
+
+/* Encoder: the code byte of the running block stands open until its zero comes. */
+typedef struct {
+    uint8_t *wire;
+    uint8_t  len;
+    uint8_t  code_at;
+    uint16_t crc;
+} writer_t;
+
+static void put_cobs(writer_t *writer, uint8_t byte)
+{
+    if (byte == DELIMITER) {
+        writer->wire[writer->code_at] = (uint8_t)(writer->len - writer->code_at);
+        writer->code_at               = writer->len;
+    } else {
+        writer->wire[writer->len] = byte;
+    }
+    ++writer->len;
+}
+
+static void put(writer_t *writer, uint8_t byte)
+{
+    writer->crc = port_crc16(writer->crc, byte);
+    put_cobs(writer, byte);
+}
+
+uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
+{
+    writer_t writer = {wire, 1U, 0U, PORT_CRC16_START};
+
+    PORT_ASSERT(frame->payload_len <= FRAME_PAYLOAD_MAX);
+    put(&writer, frame->id);
+    put(&writer, frame->sequence);
+    put(&writer, (uint8_t)frame->device_us);
+    put(&writer, (uint8_t)(frame->device_us >> 8));
+    put(&writer, (uint8_t)(frame->device_us >> 16));
+    put(&writer, (uint8_t)(frame->device_us >> 24));
+    for (uint8_t at = 0U; at < frame->payload_len; ++at) { put(&writer, frame->payload[at]); }
+    const uint16_t crc = writer.crc;
+    put_cobs(&writer, (uint8_t)crc);
+    put_cobs(&writer, (uint8_t)(crc >> 8));
+    put_cobs(&writer, DELIMITER); /* closes the last block */
+    wire[writer.code_at] = DELIMITER;
+    return writer.len;
+}
+
+void frame_decoder_init(frame_decoder_t *decoder)
+{
+    decoder->body_len   = 0U;
+    decoder->block_left = 0U;
+    decoder->flags      = 0U;
+}
+
+static void take(frame_decoder_t *decoder, uint8_t byte)
+{
+    if (decoder->body_len < FRAME_BODY_MAX) {
+        decoder->body[decoder->body_len++] = byte;
+    } else {
+        decoder->flags |= FLAG_LONG;
+    }
+}
+
+static frame_status_t judge(const frame_decoder_t *decoder)
+{
+    if (decoder->block_left != 0U) { return FRAME_BAD_COBS; }
+    if ((decoder->flags & FLAG_LONG) != 0U ||
+        decoder->body_len < FRAME_HEADER_LEN + FRAME_CRC_LEN) {
+        return FRAME_BAD_LEN;
+    }
+    /* The CRC of bytes followed by their own CRC, low byte first, is 0. */
+    return frame_crc16(decoder->body, decoder->body_len) == 0U ? FRAME_READY : FRAME_BAD_CRC;
+}
+
+frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte)
+{
+    if (byte == DELIMITER) {
+        const bool           idle   = (decoder->flags & FLAG_STARTED) == 0U;
+        const frame_status_t status = idle ? FRAME_PENDING : judge(decoder);
+
+        decoder->block_left = 0U;
+        decoder->flags      = 0U; /* body_len stays for frame_decoder_read */
+        return status;
+    }
+    if ((decoder->flags & FLAG_STARTED) == 0U) {
+        decoder->body_len = 0U;
+        decoder->flags    = FLAG_STARTED;
+    }
+    if (decoder->block_left != 0U) {
+        --decoder->block_left;
+        take(decoder, byte);
+        return FRAME_PENDING;
+    }
+    /* A code byte. The block before it ended in a zero, unless it was the first or a full one. */
+    if ((decoder->flags & FLAG_ZERO) != 0U) { take(decoder, DELIMITER); }
+    decoder->block_left = (uint8_t)(byte - 1U);
+    decoder->flags |= FLAG_ZERO;
+    if (byte == CODE_MAX) { decoder->flags &= (uint8_t)~FLAG_ZERO; }
+    return FRAME_PENDING;
+}
+
+static uint32_t read_u32(const uint8_t bytes[])
+{
+    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
+           (uint32_t)bytes[3] << 24;
+}
+
+void frame_decoder_read(const frame_decoder_t *decoder, frame_t *frame)
+{
+    frame->id          = decoder->body[0];
+    frame->sequence    = decoder->body[1];
+    frame->device_us   = read_u32(&decoder->body[2]);
+    frame->payload_len = (uint8_t)(decoder->body_len - FRAME_HEADER_LEN - FRAME_CRC_LEN);
+    frame->payload     = &decoder->body[FRAME_HEADER_LEN];
+}
+
+uint16_t frame_crc16(const uint8_t bytes[], uint8_t len)
+{
+    uint16_t crc = PORT_CRC16_START;
+
+    for (uint8_t at = 0U; at < len; ++at) { crc = port_crc16(crc, bytes[at]); }
+    return crc;
+}
