@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Written by tools/gen; never edited."""

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""Renders the ROM tables of fir.toml and weight_kf.toml."""
+
+from __future__ import annotations
+
+from terazi.design import fir, weight_kf
+from tools.gen.spec import Spec, SpecError, c_comment_head
+
+
+def fir_coefficients_q15(design: dict) -> list[int]:
+    """Quantised coefficients of one [[design]] of fir.toml."""
+    if design["method"] != "frequency_sampling":
+        raise SpecError(f"{design['name']}: unknown method {design['method']}")
+    magnitudes = [1.0] * design["passband_bins"] + list(design["transition"])
+    return fir.quantise_q15(fir.frequency_sampling(design["taps"], magnitudes)).tolist()
+
+
+def kf_gains_q15(schedule: dict) -> list[int]:
+    """Quantised gains of one [[schedule]] of weight_kf.toml."""
+    keys = ("process_var", "noise_var", "initial_var", "steady_within", "length")
+    wanted = {key: schedule[key] for key in keys if key in schedule}
+    return weight_kf.quantise_q15(weight_kf.gain_schedule(**wanted))
+
+
+def _rows(values: list[int], per_row: int = 8) -> list[str]:
+    return [
+        "    " + " ".join(f"{value}," for value in values[at : at + per_row])
+        for at in range(0, len(values), per_row)
+    ]
+
+
+def fir_header(spec: Spec) -> str:
+    """Text of fir_designs.h."""
+    designs = spec.content["design"]
+    width = max(len(design["name"]) for design in designs)
+    lines = [
+        "/* fir_designs - the coefficients of shared_c/spec/fir.toml, in ROM. */",
+        "#ifndef FIR_DESIGNS_H",
+        "#define FIR_DESIGNS_H",
+        "",
+        '#include "fir.h"',
+        "",
+        "/* Indices as in HELLO.fir_design. */",
+        "enum {",
+        *(
+            f"    FIR_DESIGN_{design['name'].upper():<{width}} = {at},"
+            for at, design in enumerate(designs)
+        ),
+        "};",
+        "",
+    ]
+    for design in designs:
+        lines += [f"/* {design['summary']} */", f"extern const fir_config_t fir_{design['name']};"]
+    return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
+
+
+def fir_source(spec: Spec) -> str:
+    """Text of fir_designs.c."""
+    lines = ['#include "fir_designs.h"', "", '#include "port_rom.h"', ""]
+    for design in spec.content["design"]:
+        name, taps = design["name"], fir_coefficients_q15(design)
+        half = taps[: len(taps) // 2]
+        lines += [
+            f"/* sum of all {len(taps)}: {sum(taps)}; of their magnitudes: {sum(map(abs, taps))} */",
+            f"static const int16_t {name}_half_q15[{len(half)}] PORT_ROM = {{",
+            *_rows(half),
+            "};",
+            f"const fir_config_t fir_{name} = {{ {name}_half_q15, {len(taps)} }};",
+            "",
+        ]
+    return c_comment_head(spec) + "\n".join(lines)
+
+
+def kf_header(spec: Spec) -> str:
+    """Text of weight_kf_gains.h."""
+    schedules = spec.content["schedule"]
+    width = max(len(schedule["name"]) for schedule in schedules)
+    lines = [
+        "/* weight_kf_gains - the gain schedules of shared_c/spec/weight_kf.toml, in ROM. */",
+        "#ifndef WEIGHT_KF_GAINS_H",
+        "#define WEIGHT_KF_GAINS_H",
+        "",
+        '#include "weight_kf.h"',
+        "",
+        "/* Indices as in HELLO.kf_schedule. */",
+        "enum {",
+        *(
+            f"    WEIGHT_KF_SCHEDULE_{schedule['name'].upper():<{width}} = {at},"
+            for at, schedule in enumerate(schedules)
+        ),
+        "};",
+        "",
+    ]
+    for schedule in schedules:
+        lines += [
+            f"/* {schedule['summary']} */",
+            f"extern const weight_kf_config_t weight_kf_{schedule['name']};",
+        ]
+    return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
+
+
+def kf_source(spec: Spec) -> str:
+    """Text of weight_kf_gains.c."""
+    lines = ['#include "weight_kf_gains.h"', "", '#include "port_rom.h"', ""]
+    for schedule in spec.content["schedule"]:
+        name, gains = schedule["name"], kf_gains_q15(schedule)
+        lines += [
+            f"static const uint16_t {name}_gain_q15[{len(gains)}] PORT_ROM = {{",
+            *(row.replace(",", "U,") for row in _rows(gains)),
+            "};",
+            f"const weight_kf_config_t weight_kf_{name} = {{ {name}_gain_q15, {len(gains)} }};",
+            "",
+        ]
+    return c_comment_head(spec) + "\n".join(lines)

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""The list of generated files, and the program that writes or checks them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from tools.gen import filters, messages_c, messages_py, messages_spec, protocol_md
+from tools.gen.spec import ROOT, load
+
+GENERATED_C = "shared_c/generated"
+
+
+def outputs() -> dict[str, str]:
+    """Path below the root -> text, for everything that comes from shared_c/spec."""
+    messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
+    wire = messages_spec.parse(messages)
+    return {
+        f"{GENERATED_C}/messages.h": messages_c.header(messages, wire),
+        f"{GENERATED_C}/messages.c": messages_c.source(messages, wire),
+        "host/src/terazi/link/generated/messages.py": messages_py.module(messages, wire),
+        "shared_c/PROTOCOL.md": protocol_md.page(messages, wire),
+        f"{GENERATED_C}/fir_designs.h": filters.fir_header(fir),
+        f"{GENERATED_C}/fir_designs.c": filters.fir_source(fir),
+        f"{GENERATED_C}/weight_kf_gains.h": filters.kf_header(weight_kf),
+        f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
+    }
+
+
+def stale(root: Path = ROOT) -> list[str]:
+    """Paths whose content is not what the specs give now."""
+    return [
+        path
+        for path, text in outputs().items()
+        if not (root / path).is_file() or (root / path).read_text(encoding="utf-8") != text
+    ]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write what is stale, or with --check only name it (exit code 1)."""
+    parser = argparse.ArgumentParser(prog="gen", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 if stale")
+    parser.add_argument(
+        "--vectors", action="store_true", help="also write shared_c/vectors (moves the truth: say why)"
+    )
+    options = parser.parse_args(arguments)
+    late = stale()
+    for path in late:
+        if options.check:
+            print(f"stale: {path}: run ./dev gen", file=sys.stderr)
+        else:
+            (ROOT / path).parent.mkdir(parents=True, exist_ok=True)
+            (ROOT / path).write_text(outputs()[path], encoding="utf-8")
+            print(f"wrote {path}")
+    if options.vectors and not options.check:
+        from tools.gen import golden  # needs the design library of the host only here
+
+        for path in golden.write_all():
+            print(f"wrote {path.relative_to(ROOT)}")
+    return 1 if options.check and late else 0
