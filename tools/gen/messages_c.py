@@ -167,7 +167,7 @@ def _codec(message: Message) -> list[str]:
     placed = list(zip(message.fields, offsets, strict=True))
     refusals = [test for field in message.fields for test in _range_tests(field)]
     lines = [
-        f'_Static_assert({size} <= FRAME_PAYLOAD_MAX, "{name} fits in a frame");',
+        f'_Static_assert({size} <= (int)FRAME_PAYLOAD_MAX, "{name} fits in a frame");',
         "",
         _pack(message),
         "{",
