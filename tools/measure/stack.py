@@ -20,6 +20,7 @@ RETURN_ADDRESS_BYTES = 2
 
 _FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[^>]+)>:$")
 _INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?P<op>[a-z]+)\s*(?P<args>[^;]*)(?:;.*?<(?P<to>.+)>)?")
+_FRAME_MOVES = {"sbiw": 0, "subi": 0, "sbci": 8}  # instruction -> weight of its number, in bits
 _VECTOR = re.compile(r"^__vector_\d+$")
 
 
@@ -82,9 +83,8 @@ def _note(function: Function, op: str, args: str, to: str | None, moving_frame: 
         function.indirect_call = True
     elif op == "sei":
         function.enables_interrupts = True
-    elif moving_frame and (move := re.match(r"r2[89], (0x[0-9a-fA-F]+|\d+)$", args)):
-        amount = int(move[1], 0)
-        function.own_bytes += amount << 8 if op == "sbci" else amount
+    elif moving_frame and op in _FRAME_MOVES:
+        function.own_bytes += int(args.split(", ")[1], 0) << _FRAME_MOVES[op]
 
 
 def deepest(functions: dict[str, Function], name: str) -> tuple[int, tuple[str, ...]]:
