@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+#include "command.h"
+#include "hx711.h"
+#include "idle.h"
+#include "led.h"
+#include "telemetry.h"
+#include "ticks.h"
+#include "uart.h"
+#include "watchdog.h"
+#include "weighing.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+static void receive(void)
+{
+    uint8_t byte;
+
+    while (uart_read(&byte)) { command_receive(byte); }
+}
+
+static void weigh(void)
+{
+    hx711_conversion_t   conversion;
+    const hx711_status_t status = hx711_poll(&conversion);
+
+    if (hx711_state() != HX711_STATE_RUNNING) { weighing_restart(); }
+    if (status == HX711_CONVERSION) {
+        messages_sample_t sample;
+        weighing_update(&sample, &conversion);
+        telemetry_sample(&sample, conversion.device_us);
+    }
+}
+
+int main(void)
+{
+    led_init();
+    ticks_init();
+    uart_init();
+    weighing_init();
+    command_init();
+    telemetry_init();
+    idle_init();
+    hx711_init(HX711_GAIN_128);
+    watchdog_start();
+    telemetry_hello();
+
+    for (;;) {
+        watchdog_feed();
+        idle_clear_work();
+        receive();
+        weigh();
+        telemetry_tick(ticks_device_us());
+        idle_sleep();
+    }
+}

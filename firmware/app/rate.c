@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: MIT */
+#include "rate.h"
+
+void rate_init(rate_t *rate)
+{
+    *rate = (rate_t){0};
+}
+
+static void start_over(rate_t *rate, uint32_t interval_us)
+{
+    rate->period_us = interval_us;
+    rate->sum_us    = interval_us;
+    rate->intervals = 1;
+    rate->refused   = 0;
+}
+
+static bool is_known(const rate_t *rate)
+{
+    return rate->intervals >= RATE_START_INTERVALS;
+}
+
+bool rate_update(rate_t *rate, uint32_t interval_us)
+{
+    const uint32_t tolerance_us = rate->period_us >> 3;
+
+    if (rate->period_us == 0U) {
+        start_over(rate, interval_us);
+        return false;
+    }
+    if (interval_us + tolerance_us < rate->period_us ||
+        interval_us > rate->period_us + tolerance_us) {
+        rate->refused++;
+        const bool shorter = interval_us < rate->period_us && !is_known(rate);
+        if (shorter || rate->refused >= RATE_START_INTERVALS) {
+            const bool was_known = is_known(rate);
+            start_over(rate, interval_us);
+            return was_known;
+        }
+        return false;
+    }
+
+    rate->refused = 0;
+    rate->sum_us += interval_us;
+    rate->intervals++;
+    if (rate->intervals == RATE_START_INTERVALS) {
+        rate->period_us = rate->sum_us / RATE_START_INTERVALS;
+        return true;
+    }
+    if (rate->intervals == RATE_MAX_INTERVALS) {
+        rate->period_us = rate->sum_us / RATE_MAX_INTERVALS;
+        rate->sum_us /= 2U;
+        rate->intervals = RATE_MAX_INTERVALS / 2;
+        return true;
+    }
+    return false;
+}
+
+uint32_t rate_period_us(const rate_t *rate)
+{
+    return is_known(rate) ? rate->period_us : 0U;
+}
+
+/* intervals * 10^6 * 2^16 / sum_us as a long division in three steps, for the dividend has 42 bits
+ * and a 64-bit division would be the only one in the image. */
+uint32_t rate_hz_q16(const rate_t *rate)
+{
+    if (!is_known(rate)) { return 0; }
+
+    uint32_t remainder = (uint32_t)rate->intervals * 1000000UL; /* <= 63e6 < 2^26 */
+    uint32_t quotient  = remainder / rate->sum_us;              /* < 2^16: periods >= 16 us */
+
+    for (uint8_t step = 0; step < 2U; step++) {
+        remainder = (remainder % rate->sum_us) << 8; /* < sum_us * 2^8 <= 2^32 */
+        quotient  = (quotient << 8) + remainder / rate->sum_us;
+    }
+    return quotient;
+}
+
+uint8_t rate_missed(const rate_t *rate, uint32_t interval_us)
+{
+    uint8_t missed = 0;
+
+    if (!is_known(rate)) { return 0; }
+    const uint32_t half_us = rate->period_us / 2U;
+    while (interval_us > rate->period_us + half_us && missed < UINT8_MAX) {
+        interval_us -= rate->period_us;
+        missed++;
+    }
+    return missed;
+}

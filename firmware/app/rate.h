@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/* rate - the converter's true rate, out of the times at which conversions came.
+ *
+ * Model     mean of the intervals that agree with one another within 1/8. The sum of successive
+ *           intervals is the time between the first and the last stamp, so that the jitter of the
+ *           stamps enters twice however many intervals there are. After 64 the older half fades.
+ * Start     16 intervals in agreement. Lost conversions make intervals longer, never shorter: until
+ *           then a shorter one than the candidate takes its place.
+ * Formats   intervals: us, 1..2^18 (600 ms time-out of the driver)    rate: Hz, Q16
+ * Bad data  what disagrees is left out; 16 in a row that disagree are a new rate
+ * Context   single caller, not from an ISR
+ */
+#ifndef RATE_H
+#define RATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { RATE_START_INTERVALS = 16, RATE_MAX_INTERVALS = 64 };
+
+typedef struct {
+    uint32_t period_us; /* candidate, later the mean as of the last refresh; 0: none yet */
+    uint32_t sum_us;    /* of `intervals` intervals in agreement, <= 2^24 */
+    uint8_t  intervals; /* 0..RATE_MAX_INTERVALS - 1 */
+    uint8_t  refused;   /* in a row */
+} rate_t;
+
+void rate_init(rate_t *rate);
+
+/* Take one interval; true if rate_period_us has changed. */
+bool rate_update(rate_t *rate, uint32_t interval_us);
+
+/* 0 until it is known. */
+uint32_t rate_period_us(const rate_t *rate);
+uint32_t rate_hz_q16(const rate_t *rate);
+
+/* Conversions that were lost between two which came interval_us apart; 0 while the rate is not
+ * known. */
+uint8_t rate_missed(const rate_t *rate, uint32_t interval_us);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/* telemetry - everything the device sends: frames for a host, or text lines for a person.
+ *
+ * Formats   frames as in shared_c/PROTOCOL.md; lines as in text.h
+ * Bad data  what does not fit in the transmit buffer is left out whole and counted. Its sequence
+ *           number is used up all the same, so that the receiver sees the hole.
+ * Context   main loop.  Cost: firmware/budget.toml
+ */
+#ifndef TELEMETRY_H
+#define TELEMETRY_H
+
+#include "messages.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Streaming everything, in frames. */
+void telemetry_init(void);
+
+/* Once around the main loop: keeps the second's figures and sends STATUS when its time has come. */
+void telemetry_tick(uint32_t now_us);
+
+/* One conversion through the chain, if it is to be streamed: as a frame or as a line. */
+void telemetry_sample(const messages_sample_t *sample, uint32_t device_us);
+
+void telemetry_hello(void);
+void telemetry_status(void);
+void telemetry_ack(const messages_ack_t *ack);
+
+/* The same for a person. Names a result of messages.toml and the word it answers. */
+void telemetry_info_lines(void);
+void telemetry_answer_line(const char *word, uint8_t result);
+
+void telemetry_set_stream(uint8_t mask);
+void telemetry_set_text_mode(bool on);
+bool telemetry_text_mode(void);
+
+/* A received byte sequence that was neither frame nor command line. */
+void telemetry_count_bad_rx(void);
+
+#endif

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+#include "weighing.h"
+
+#include "counter.h"
+#include "fir.h"
+#include "fir_designs.h"
+#include "mass.h"
+#include "rate.h"
+#include "weight_kf.h"
+#include "weight_kf_gains.h"
+
+enum { FIR_DESIGN = 0, KF_SCHEDULE = 0 }; /* indices in fir.toml and weight_kf.toml */
+
+#define RAIL_LOW_COUNTS  (-8388608L)
+#define RAIL_HIGH_COUNTS 8388607L
+
+static fir_t               fir;
+static weight_kf_t         kf;
+static rate_t              rate;
+static weighing_counters_t counters; /* clipped: of the runs before the present one */
+static bool                primed;   /* the filters hold a run of samples */
+static uint32_t            previous_us;
+static uint16_t            missed_total; /* modulo 65536, unlike the counter */
+static uint32_t            span_ug_per_count_q16;
+static int32_t             tare_counts_q7;
+
+void weighing_init(void)
+{
+    rate_init(&rate);
+    span_ug_per_count_q16 = (uint32_t)MASS_DEFAULT_SPAN_UG_PER_COUNT << 16;
+    primed                = false;
+}
+
+void weighing_restart(void)
+{
+    if (!primed) { return; }
+    counters = weighing_counters(); /* the filters' own counts are about to start at 0 */
+    primed   = false;
+}
+
+/* How many conversions are missing before this one, and what its time says of the rate. */
+static uint8_t time_conversion(uint32_t device_us)
+{
+    const uint32_t interval_us = device_us - previous_us;
+    uint8_t        missed      = 0;
+
+    if (primed) {
+        missed = rate_missed(&rate, interval_us);
+        if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
+    }
+    previous_us = device_us;
+    return missed;
+}
+
+void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
+{
+    const int32_t counts = conversion->counts;
+    const uint8_t missed = time_conversion(conversion->device_us);
+    uint8_t       flags  = 0;
+
+    if (missed != 0U) {
+        flags |= MESSAGES_SAMPLE_FLAG_GAP;
+        counter_add(&counters.conversions_missed, missed);
+        missed_total = (uint16_t)(missed_total + missed);
+    }
+    if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
+        flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
+        counter_add(&counters.at_rail, 1);
+    }
+    const bool restarted = !primed;
+    if (restarted) {
+        flags |= MESSAGES_SAMPLE_FLAG_RESTARTED;
+        fir_init(&fir, &fir_lowpass32, counts);
+    }
+    sample->fir_counts = fir_update(&fir, counts);
+    if (restarted) { weight_kf_init(&kf, &weight_kf_default, sample->fir_counts); }
+    sample->kf_counts_q7 = weight_kf_update(&kf, sample->fir_counts);
+    primed               = true;
+
+    sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
+    sample->raw_counts = counts;
+    /* Both within [-2^30, 2^30): the difference fits. */
+    const int32_t net_counts_q7 = sample->kf_counts_q7 - tare_counts_q7;
+    sample->mass_mg             = mass_from_counts(net_counts_q7, span_ug_per_count_q16);
+    sample->flags               = flags;
+}
+
+bool weighing_tare(void)
+{
+    if (!primed) { return false; }
+    tare_counts_q7 = kf.estimate_counts_q7;
+    return true;
+}
+
+uint32_t weighing_rate_hz_q16(void)
+{
+    return rate_hz_q16(&rate);
+}
+
+weighing_counters_t weighing_counters(void)
+{
+    weighing_counters_t now = counters;
+
+    if (primed) {
+        counter_add(&now.fir_clipped, fir.clipped);
+        counter_add(&now.kf_clipped, kf.clipped);
+    }
+    return now;
+}
+
+weighing_setup_t weighing_setup(void)
+{
+    return (weighing_setup_t){.fir_design            = FIR_DESIGN,
+                              .fir_taps              = fir_lowpass32.taps,
+                              .kf_schedule           = KF_SCHEDULE,
+                              .span_ug_per_count_q16 = span_ug_per_count_q16,
+                              .tare_counts_q7        = tare_counts_q7};
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/* weighing - the chain from conversions to a mass: fir, weight_kf, mass; and the measured rate.
+ *
+ * Model     the first sample after a restart primes both filters and then passes through them like
+ *           every other: fir_init(x); f = fir_update(x); weight_kf_init(f); weight_kf_update(f)
+ * Formats   as in messages.toml, SAMPLE
+ * Bad data  a sample at the converter's rail passes, flagged and counted; single lost conversions
+ *           are flagged on the next sample, the filters run on
+ * Context   main loop.  Cost: firmware/budget.toml
+ */
+#ifndef WEIGHING_H
+#define WEIGHING_H
+
+#include "hx711.h"
+#include "messages.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { /* since reset; each stops at its maximum */
+    uint16_t conversions_missed;
+    uint16_t at_rail;
+    uint16_t fir_clipped;
+    uint16_t kf_clipped;
+} weighing_counters_t;
+
+typedef struct { /* what HELLO says of the chain */
+    uint8_t  fir_design;
+    uint8_t  fir_taps;
+    uint8_t  kf_schedule;
+    uint32_t span_ug_per_count_q16;
+    int32_t  tare_counts_q7;
+} weighing_setup_t;
+
+void weighing_init(void);
+
+/* The stream broke: the next conversion starts the filters anew. */
+void weighing_restart(void);
+
+/* Take one conversion, give its sample. */
+void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion);
+
+/* The present estimate becomes zero load; false while there is none. */
+bool weighing_tare(void);
+
+uint32_t            weighing_rate_hz_q16(void);
+weighing_counters_t weighing_counters(void);
+weighing_setup_t    weighing_setup(void);
+
+#endif

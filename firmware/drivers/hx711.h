@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+/* hx711 - driver of the load-cell converter HX711: raw counts, time of conversion, health.
+ *
+ * Model     DOUT falls when a conversion is done; 24 pulses on PD_SCK bring its bits, the 25th (26th,
+ *           27th) sets the next gain and DOUT rests high (HX711 datasheet, p. 4-5). Interrupts are
+ *           off only while PD_SCK is high, because a pulse beyond 50 us may power the chip down.
+ * Formats   counts: 24 bits two's complement in int32    device_us: when DOUT fell, noted by INT0
+ * Settling  4 conversions after power-up, a restart or a change of gain are read and dropped
+ * Bad data  DOUT low where it must rest high: bad frame, the chip is restarted
+ *           a falling edge without a conversion behind it: counted as a bad frame, nothing read
+ *           no conversion within the time-out: the chip is restarted, again and again
+ *           read too late, into the next conversion: that one and two more are dropped
+ * Context   main loop, interrupts on; INT0 is the driver's own.  Cost: firmware/budget.toml
+ */
+#ifndef HX711_H
+#define HX711_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {                      /* pulses a read */
+               HX711_GAIN_128 = 25, /* channel A */
+               HX711_GAIN_32  = 26, /* channel B */
+               HX711_GAIN_64  = 27  /* channel A */
+} hx711_gain_t;
+
+typedef enum {
+    HX711_NOTHING,    /* the converter is at work */
+    HX711_CONVERSION, /* the out-parameter is filled */
+    HX711_DROPPED,    /* read, but not to be used: settling, or out of step after a late read */
+    HX711_BAD_FRAME,  /* refused; after a restart the converter settles */
+    HX711_TIMED_OUT   /* nothing came; the converter was restarted */
+} hx711_status_t;
+
+typedef enum { /* as the latest event left it */
+               HX711_STATE_SETTLING,
+               HX711_STATE_RUNNING,
+               HX711_STATE_TIMED_OUT,
+               HX711_STATE_BAD_FRAME
+} hx711_state_t;
+
+typedef struct {
+    int32_t  counts;    /* -2^23 .. 2^23 - 1 */
+    uint32_t device_us; /* when DOUT fell */
+} hx711_conversion_t;
+
+typedef struct {               /* since reset; each stops at its maximum */
+    uint32_t conversions;      /* frames clocked out whole, dropped ones included */
+    uint16_t settling_dropped; /* dropped while settling */
+    uint16_t late_dropped;     /* dropped because of a late read */
+    uint16_t timeouts;
+    uint16_t bad_frames;
+} hx711_counters_t;
+
+/* Take the lines, restart the chip (81 us), wait for conversions. */
+void hx711_init(hx711_gain_t gain);
+
+/* Read the conversion that is ready, if one is. */
+hx711_status_t hx711_poll(hx711_conversion_t *conversion);
+
+/* Tell the period between conversions once it is known: a read that ends later than this after
+ * DOUT fell has run into the next conversion. Until then the shortest possible one holds. */
+void hx711_set_period_us(uint32_t period_us);
+
+hx711_state_t hx711_state(void);
+uint8_t       hx711_gain(void); /* 128, 64 or 32 */
+
+const hx711_counters_t *hx711_counters(void);
+
+/* Clock one frame out of a chip whose DOUT is low; false: DOUT did not rest high behind it.
+ * Interrupts must be on; they are off for at most 10 cycles at a time. For hx711_poll and for the
+ * measurement of its cost. */
+bool hx711_read(int32_t *counts, uint8_t pulses);
+
+#endif

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+#include "hx711.h"
+#include "uno_pins.h"
+
+#include <avr/cpufunc.h>
+#include <avr/interrupt.h>
+#include <avr/io.h>
+
+/* One PD_SCK pulse. High for 4 cycles = 0.25 us (T3: 0.2 .. 50 us), low for at least 6 (T4: 0.2
+ * us), HX711 datasheet p. 5. Interrupts are off for 7 cycles: what delays this code in between
+ * only makes PD_SCK's low phase longer, which has no upper limit. */
+#define PULSE()                                    \
+    do {                                           \
+        cli();                                     \
+        HX711_PORT |= _BV(HX711_PD_SCK);           \
+        _NOP();                                    \
+        _NOP();                                    \
+        HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK); \
+        sei();                                     \
+    } while (0)
+
+/* DOUT is valid 0.1 us after PD_SCK rises (T2) and stays until it rises again. */
+#define READ_BIT(byte, bit)                                              \
+    do {                                                                 \
+        PULSE();                                                         \
+        if ((HX711_PIN & _BV(HX711_DOUT)) != 0U) { (byte) |= _BV(bit); } \
+    } while (0)
+
+#define READ_BYTE(byte)    \
+    do {                   \
+        READ_BIT(byte, 7); \
+        READ_BIT(byte, 6); \
+        READ_BIT(byte, 5); \
+        READ_BIT(byte, 4); \
+        READ_BIT(byte, 3); \
+        READ_BIT(byte, 2); \
+        READ_BIT(byte, 1); \
+        READ_BIT(byte, 0); \
+    } while (0)
+
+/* Unrolled: a loop would cost as much again as the pulses themselves. */
+bool hx711_read(int32_t *counts, uint8_t pulses)
+{
+    uint8_t high    = 0;
+    uint8_t middle  = 0;
+    uint8_t low     = 0;
+    bool    at_rest = true;
+
+    READ_BYTE(high);
+    READ_BYTE(middle);
+    READ_BYTE(low);
+    do {
+        PULSE();
+        if ((HX711_PIN & _BV(HX711_DOUT)) == 0U) { at_rest = false; }
+    } while (--pulses > 24U);
+
+    const union {
+        uint8_t bytes[4];
+        int32_t value;
+    } joined = {.bytes = {low, middle, high, (high & 0x80U) != 0U ? 0xFFU : 0U}};
+
+    *counts = joined.value;
+    return at_rest;
+}
