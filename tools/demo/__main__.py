@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boot the virtual Uno, log it, replay the recording and report it: four steps, each a real command.
+"""Boot the virtual Uno, log it, replay the recording, report it: four steps, real commands.
 
 Everything it makes lies in .build/demo: weighing.terazi with its tables, truth.csv, report.html.
 """
