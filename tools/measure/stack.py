@@ -51,40 +51,41 @@ def parse_disassembly(text: str) -> dict[str, Function]:
     """Functions of ``avr-objdump -d --no-show-raw-insn`` by name."""
     functions: dict[str, Function] = {}
     function = None
-    moving_frame_pointer = False
+    moved_bytes = None  # by how much r28:r29 has moved since it was read from SP
     for line in text.splitlines():
         if start := _FUNCTION.match(line):
             function = functions.setdefault(start["name"], Function(start["name"]))
-            moving_frame_pointer = False
+            moved_bytes = None
             continue
         instruction = _INSTRUCTION.match(line)
         if function is None or instruction is None:
             continue
         op, args = instruction["op"], instruction["args"].strip()
         if op == "in" and args == "r28, 0x3d":
-            moving_frame_pointer = True
-        elif op == "out" and args == "0x3d, r28":
-            moving_frame_pointer = False
-        _note(function, op, args, instruction["to"], moving_frame_pointer)
+            moved_bytes = 0
+        elif op == "out" and args == "0x3d, r28" and moved_bytes is not None:
+            function.own_bytes += moved_bytes
+            moved_bytes = None
+        elif op in _FRAME_MOVES and args.startswith(("r28, ", "r29, ")) and moved_bytes is not None:
+            moved_bytes += int(args.split(", ")[1], 0) << _FRAME_MOVES[op]
+        else:
+            _note(function, op, args, instruction["to"])
     return functions
 
 
-def _note(function: Function, op: str, args: str, to: str | None, moving_frame: bool) -> None:
-    target = to.split("+")[0] if to else None
+def _note(function: Function, op: str, args: str, to: str | None) -> None:
     if op == "push":
         function.own_bytes += 1
     elif op == "rcall" and args == ".+0":
         function.own_bytes += RETURN_ADDRESS_BYTES
-    elif op in ("call", "rcall") and target:
-        function.calls.add(target)
+    elif op in ("call", "rcall") and to:
+        function.calls.add(to.split("+")[0])
     elif op in ("jmp", "rjmp") and to and "+" not in to and to != function.name:
         function.tail_jumps.add(to)
     elif op in ("icall", "eicall", "ijmp", "eijmp"):
         function.indirect_call = True
     elif op == "sei":
         function.enables_interrupts = True
-    elif moving_frame and op in _FRAME_MOVES:
-        function.own_bytes += int(args.split(", ")[1], 0) << _FRAME_MOVES[op]
 
 
 def deepest(functions: dict[str, Function], name: str) -> tuple[int, tuple[str, ...]]:

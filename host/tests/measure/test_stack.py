@@ -21,6 +21,17 @@ LEAF = """\
   a6:\tsubi\tr28, 0xD4\t; 212
   a8:\tret
 """
+PUSHED_FRAME = """\
+00000150 <pushed_frame>:
+ 150:\tpush\tr28
+ 152:\tpush\tr29
+ 154:\tpush\tr1
+ 156:\tin\tr28, 0x3d\t; 61
+ 158:\tin\tr29, 0x3e\t; 62
+ 15a:\tsbci\tr23, 0xFF\t; 255
+ 15c:\tsbiw\tr28, 0x01\t; 1
+ 15e:\tret
+"""
 MAIN = """\
 000000c0 <main>:
   c0:\trcall\t.+0      \t; 0xc2 <main+0x2>
@@ -42,6 +53,10 @@ def test_frame_pushes_and_reserved_bytes_are_counted():
     functions = parse_disassembly(LEAF + MAIN)
     assert functions["leaf"].own_bytes == 2 + 300
     assert functions["main"].own_bytes == 2
+
+
+def test_frame_pointer_that_is_not_written_back_takes_no_room():
+    assert parse_disassembly(PUSHED_FRAME)["pushed_frame"].own_bytes == 3
 
 
 def test_worst_case_is_main_path_and_deepest_handler():
