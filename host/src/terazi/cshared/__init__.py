@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""The firmware's own C (shared_c), compiled for this machine: bit for bit what the device does.
+
+Block functions work on whole numpy arrays; the classes take one sample at a time and their state
+can be saved, restored and copied. Contracts: the headers in shared_c/include.
+"""
+
+from terazi.cshared.filters import FIR_DESIGNS, WEIGHT_KF_SCHEDULES, Fir, WeightKf
+from terazi.cshared.filters import fir_block, mass_mg_block, weight_kf_block
+from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
+from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
+
+__all__ = [
+    "FIR_DESIGNS",
+    "WEIGHT_KF_SCHEDULES",
+    "WIRE_FINGERPRINT",
+    "Fir",
+    "Frame",
+    "FrameDecoder",
+    "WeightKf",
+    "crc16",
+    "encode_frame",
+    "fir_block",
+    "mass_mg_block",
+    "pack_message",
+    "unpack_message",
+    "weight_kf_block",
+]
