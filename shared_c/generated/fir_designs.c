@@ -5,14 +5,14 @@
 
 #include "port_rom.h"
 
-/* sum of all 32: 32768; of their magnitudes: 32768 */
+/* all 32 sum to 32768, their magnitudes to 32768 */
 static const int16_t lowpass32_half_q15[16] PORT_ROM = {
     23, 43, 85, 154, 251, 383, 549, 749,
     978, 1227, 1483, 1733, 1958, 2145, 2277, 2346,
 };
 const fir_config_t fir_lowpass32 = { lowpass32_half_q15, 32 };
 
-/* sum of all 32: 32768; of their magnitudes: 47132 */
+/* all 32 sum to 32768, their magnitudes to 47132 */
 static const int16_t passband32_half_q15[16] PORT_ROM = {
     211, 247, 275, 227, 48, -264, -640, -947,
     -1022, -718, 36, 1201, 2621, 4048, 5206, 5855,

@@ -27,7 +27,7 @@ static uint32_t get_u32(const uint8_t at[])
     return get_u16(&at[0]) | (uint32_t)get_u16(&at[2]) << 16;
 }
 
-_Static_assert(MESSAGES_HELLO_LEN <= (int)FRAME_PAYLOAD_MAX, "hello fits in a frame");
+_Static_assert(MESSAGES_HELLO_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_hello_pack(uint8_t payload[], const messages_hello_t *message)
 {
@@ -69,7 +69,7 @@ bool messages_hello_unpack(messages_hello_t *message, const uint8_t payload[], u
     return true;
 }
 
-_Static_assert(MESSAGES_STATUS_LEN <= (int)FRAME_PAYLOAD_MAX, "status fits in a frame");
+_Static_assert(MESSAGES_STATUS_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_status_pack(uint8_t payload[], const messages_status_t *message)
 {
@@ -117,7 +117,7 @@ bool messages_status_unpack(messages_status_t *message, const uint8_t payload[],
     return true;
 }
 
-_Static_assert(MESSAGES_SAMPLE_LEN <= (int)FRAME_PAYLOAD_MAX, "sample fits in a frame");
+_Static_assert(MESSAGES_SAMPLE_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_sample_pack(uint8_t payload[], const messages_sample_t *message)
 {
@@ -149,7 +149,7 @@ bool messages_sample_unpack(messages_sample_t *message, const uint8_t payload[],
     return true;
 }
 
-_Static_assert(MESSAGES_ACK_LEN <= (int)FRAME_PAYLOAD_MAX, "ack fits in a frame");
+_Static_assert(MESSAGES_ACK_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_ack_pack(uint8_t payload[], const messages_ack_t *message)
 {
@@ -171,7 +171,7 @@ bool messages_ack_unpack(messages_ack_t *message, const uint8_t payload[], uint8
     return true;
 }
 
-_Static_assert(MESSAGES_SET_STREAM_LEN <= (int)FRAME_PAYLOAD_MAX, "set_stream fits in a frame");
+_Static_assert(MESSAGES_SET_STREAM_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_set_stream_pack(uint8_t payload[], const messages_set_stream_t *message)
 {
@@ -192,7 +192,7 @@ bool messages_set_stream_unpack(messages_set_stream_t *message,
     return true;
 }
 
-_Static_assert(MESSAGES_SET_TEXT_MODE_LEN <= (int)FRAME_PAYLOAD_MAX, "set_text_mode fits in a frame");
+_Static_assert(MESSAGES_SET_TEXT_MODE_LEN <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");
 
 uint8_t messages_set_text_mode_pack(uint8_t payload[], const messages_set_text_mode_t *message)
 {

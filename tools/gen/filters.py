@@ -61,7 +61,7 @@ def fir_source(spec: Spec) -> str:
         name, taps = design["name"], fir_coefficients_q15(design)
         half = taps[: len(taps) // 2]
         lines += [
-            f"/* sum of all {len(taps)}: {sum(taps)}; of their magnitudes: {sum(map(abs, taps))} */",
+            f"/* all {len(taps)} sum to {sum(taps)}, their magnitudes to {sum(map(abs, taps))} */",
             f"static const int16_t {name}_half_q15[{len(half)}] PORT_ROM = {{",
             *_rows(half),
             "};",

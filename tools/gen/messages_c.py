@@ -166,8 +166,8 @@ def _codec(message: Message) -> list[str]:
         at += field.size_bytes
     placed = list(zip(message.fields, offsets, strict=True))
     refusals = [test for field in message.fields for test in _range_tests(field)]
-    lines = [
-        f'_Static_assert({size} <= (int)FRAME_PAYLOAD_MAX, "{name} fits in a frame");',
+    return [
+        f'_Static_assert({size} <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");',
         "",
         _pack(message),
         "{",
@@ -187,7 +187,6 @@ def _codec(message: Message) -> list[str]:
         "}",
         "",
     ]
-    return lines
 
 
 HELPERS = {

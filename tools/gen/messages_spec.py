@@ -49,7 +49,8 @@ class Field:
     @property
     def type_range(self) -> tuple[int, int]:
         bits = 8 * self.size_bytes
-        return (-(1 << bits - 1), (1 << bits - 1) - 1) if self.type[0] == "i" else (0, (1 << bits) - 1)
+        lowest = -(1 << bits - 1) if self.type[0] == "i" else 0
+        return lowest, lowest + (1 << bits) - 1
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,12 @@ def _message(message: Message) -> list[str]:
 
 def page(spec: Spec, wire: Wire) -> str:
     """Text of PROTOCOL.md."""
-    lines = [f"<!-- {spec.origin} -->", INTRODUCTION, f"Fingerprint: `0x{wire.fingerprint:04X}`", ""]
+    lines = [
+        f"<!-- {spec.origin} -->",
+        INTRODUCTION,
+        f"Fingerprint: `0x{wire.fingerprint:04X}`",
+        "",
+    ]
     for direction, title in (("to_host", "From device to host"), ("to_device", "Commands")):
         lines += [f"## {title}", ""]
         for message in wire.messages:

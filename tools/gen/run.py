@@ -43,7 +43,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="gen", description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; 1 if stale")
     parser.add_argument(
-        "--vectors", action="store_true", help="also write shared_c/vectors (moves the truth: say why)"
+        "--vectors",
+        action="store_true",
+        help="also write shared_c/vectors (moves the truth: say why)",
     )
     options = parser.parse_args(arguments)
     late = stale()

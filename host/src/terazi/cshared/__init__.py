@@ -5,8 +5,15 @@ Block functions work on whole numpy arrays; the classes take one sample at a tim
 can be saved, restored and copied. Contracts: the headers in shared_c/include.
 """
 
-from terazi.cshared.filters import FIR_DESIGNS, WEIGHT_KF_SCHEDULES, Fir, WeightKf
-from terazi.cshared.filters import fir_block, mass_mg_block, weight_kf_block
+from terazi.cshared.filters import (
+    FIR_DESIGNS,
+    WEIGHT_KF_SCHEDULES,
+    Fir,
+    WeightKf,
+    fir_block,
+    mass_mg_block,
+    weight_kf_block,
+)
 from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
 

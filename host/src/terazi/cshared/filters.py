@@ -211,7 +211,5 @@ def mass_mg_block(kf_q7, tare_q7: int, span_ug_per_count_q16: int) -> np.ndarray
     if largest > 1 << 30:
         raise ValueError("estimates and tare must lie within +-2^30")
     mass_mg = np.empty(kf_q7.size, dtype=np.int32)
-    lib.blocks_mass(
-        _pointer(kf_q7), tare_q7, span_ug_per_count_q16, _pointer(mass_mg), kf_q7.size
-    )
+    lib.blocks_mass(_pointer(kf_q7), tare_q7, span_ug_per_count_q16, _pointer(mass_mg), kf_q7.size)
     return mass_mg

@@ -62,8 +62,8 @@ def quantise_q15(response):
 def magnitude_db(coefficients, frequencies_hz, rate_hz):
     """20 log10 |H| of coefficients (any scale; relative to their sum) at frequencies_hz."""
     coefficients = np.asarray(coefficients, dtype=np.float64)
-    phase = -2j * np.pi * np.outer(np.asarray(frequencies_hz) / rate_hz, np.arange(coefficients.size))
-    gain = np.abs(np.exp(phase) @ coefficients) / coefficients.sum()
+    turns = np.outer(np.asarray(frequencies_hz) / rate_hz, np.arange(coefficients.size))
+    gain = np.abs(np.exp(-2j * np.pi * turns) @ coefficients) / coefficients.sum()
     return 20 * np.log10(np.maximum(gain, 1e-12))
 
 
