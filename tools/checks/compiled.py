@@ -55,8 +55,12 @@ def image_laws(root: Path) -> list[str]:
         f"{IMAGE} holds {name}" for name in forbidden_names(names_in(image), HEAP_AND_STDIO, FLOAT)
     ]
     sources = {path.stem for path in (root / "shared_c/src").glob("*.c")}
+    seen = set()
     for item in sorted(image.parent.rglob("*.o")):
-        if item.stem in sources:
+        module = item.name.split(".")[0]  # fir.o or fir.c.o
+        if module in sources:
+            seen.add(module)
             calls = forbidden_names(names_in(item, "--undefined-only"), FLOAT, DIVIDE)
             found += [f"{item.name} calls {name}" for name in calls]
+    found += [f"no object of {module} beside the image" for module in sorted(sources - seen)]
     return found

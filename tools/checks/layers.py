@@ -64,10 +64,11 @@ LAYERS = (
         ("firmware/drivers", "firmware/board"),
         port_seam=True,
     ),
-    # Registers and interrupts live in the drivers; the app keeps only its words in flash.
+    # Registers and interrupts live in the drivers; the app keeps only its words in flash and turns
+    # numbers into text (ltoa; that nothing takes from the heap is a law of the image).
     Layer(
         "firmware/app",
-        (*PLAIN, "avr/pgmspace.h"),
+        (*PLAIN, "stdlib.h", "avr/pgmspace.h"),
         ("firmware/app", "firmware/drivers", "shared_c/include", "shared_c/generated"),
         port_seam=True,
     ),

@@ -12,7 +12,20 @@ from tools.checks.files import text_of, with_suffix
 SNIPPET = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 OURS = ("./dev", "terazi")
 # Tools that a page may name without our being able to ask them.
-OTHERS = {"git", "cd", "pip", "uv", "for", "done", "sudo", "python", "pio", "screen", "pytest"}
+OTHERS = {
+    "git",
+    "cd",
+    "pip",
+    "uv",
+    "for",
+    "do",
+    "done",
+    "sudo",
+    "python",
+    "pio",
+    "screen",
+    "pytest",
+}
 ESCAPES = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -26,8 +39,9 @@ def help_text(root: Path, command: tuple[str, ...]) -> str | None:
 def commands_in(page: str) -> list[list[str]]:
     """The commands of a page's sh blocks, as words, continued lines joined."""
     lines = "".join(SNIPPET.findall(page)).replace("\\\n", " ").splitlines()
-    parts = [part for line in lines for part in re.split(r"&&|\|\||;|\|", line)]
-    return [words for part in parts if (words := shlex.split(part, comments=True))]
+    told = [re.sub(r"(^|\s)#.*", "", line) for line in lines]
+    parts = [part for line in told for part in re.split(r"&&|\|\||;|\|", line)]
+    return [words for part in parts if (words := shlex.split(part))]
 
 
 def complaint(root: Path, words: list[str]) -> str | None:

@@ -35,7 +35,8 @@ def breaches(root: Path) -> list[str]:
         missing = names_in(root, f"{stem}.in") - pinned
         found += [f"{stem}.txt: {name} of {stem}.in is not pinned" for name in sorted(missing)]
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    needed = {normal(NAME.match(each).group(1)) for each in project["dependencies"]}
+    wanted = [*project["dependencies"], *project.get("optional-dependencies", {}).get("all", [])]
+    needed = {normal(NAME.match(each).group(1)) for each in wanted}
     listed = names_in(root, "runtime.in")
     found += [f"runtime.in lacks {name} of pyproject.toml" for name in sorted(needed - listed)]
     found += [f"pyproject.toml lacks {name} of runtime.in" for name in sorted(listed - needed)]

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""``./dev bench [--json]``: how fast the host's filters and the virtual Uno are on this machine."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+IMAGE = ROOT / ".build/firmware/terazi.elf"
+POLLING_IMAGE = ROOT / ".build/bench/polling.elf"
+
+
+def measure() -> dict:
+    """The object of ``--json``; its form stands in DESIGN.md."""
+    import filters
+    import simulator
+
+    host, accuracy = filters.measure()
+    polling = simulator.polling_image(IMAGE, POLLING_IMAGE)
+    return {
+        "host": host,
+        "bench_realtime_factor": simulator.realtime_factor(polling),
+        "bench_realtime_factor_asleep": simulator.realtime_factor(IMAGE),
+        "accuracy": accuracy,
+    }
+
+
+def show(figures: dict) -> None:
+    print(f"{'host function':18} {'samples/s':>12} {'ratio':>7}  peer")
+    for name, row in figures["host"].items():
+        peer = f"{row['peer']}, {row['peer_per_s']:,} samples/s"
+        print(f"{name:18} {row['ours_per_s']:12,} {row['ratio']:7.2f}  {peer}")
+    print("\nvirtual Uno, simulated seconds a second")
+    print(f"  firmware polling {figures['bench_realtime_factor']:8.1f}")
+    print(f"  firmware asleep  {figures['bench_realtime_factor_asleep']:8.1f}")
+    print("\nfixed point against float64, largest difference in counts")
+    for name, counts in figures["accuracy"].items():
+        print(f"  {name:16} {counts:8.3f}")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="./dev bench", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print one JSON object, nothing else")
+    options = parser.parse_args(arguments)
+    figures = measure()
+    if options.json:
+        print(json.dumps(figures))
+    else:
+        show(figures)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
