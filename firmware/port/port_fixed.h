@@ -5,6 +5,31 @@
 
 #include <stdint.h>
 
+/* a * b, all 32 bits. */
+static inline uint32_t port_mul_u16(uint16_t a, uint16_t b)
+{
+    uint32_t      result;
+    const uint8_t zero = 0U;
+
+    __asm__("mul   %B[a], %B[b]   \n\t"
+            "movw  %C[r], r0      \n\t"
+            "mul   %A[a], %A[b]   \n\t"
+            "movw  %A[r], r0      \n\t"
+            "mul   %A[a], %B[b]   \n\t"
+            "add   %B[r], r0      \n\t"
+            "adc   %C[r], r1      \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "mul   %B[a], %A[b]   \n\t"
+            "add   %B[r], r0      \n\t"
+            "adc   %C[r], r1      \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "clr   r1             \n\t"
+            : [r] "=&r"(result)
+            : [a] "r"(a), [b] "r"(b), [zero] "r"(zero)
+            : "r0");
+    return result;
+}
+
 /* floor((value * gain_q15 + 2^14) / 2^15).  gain_q15 <= 32768; |product| <= 2^46
  *
  * Twice the product plus 2^15 is summed in six bytes, of which the upper four are the result: the
