@@ -21,9 +21,16 @@ static void receive(void)
 
 static void weigh(void)
 {
-    hx711_conversion_t   conversion;
-    const hx711_status_t status = hx711_poll(&conversion);
+    hx711_conversion_t conversion;
+    hx711_status_t     status = hx711_poll(&conversion);
 
+    if (status == HX711_NOTHING) { return; }
+    if (status == HX711_BAD_FRAME || status == HX711_TIMED_OUT) {
+        weighing_lose_beat();
+    } else if (!weighing_time(conversion.device_us)) {
+        hx711_distrust();
+        status = HX711_DROPPED;
+    }
     if (hx711_state() != HX711_STATE_RUNNING) { weighing_restart(); }
     if (status == HX711_CONVERSION) {
         messages_sample_t sample;

@@ -19,24 +19,27 @@ static bool is_known(const rate_t *rate)
     return rate->intervals >= RATE_START_INTERVALS;
 }
 
-bool rate_update(rate_t *rate, uint32_t interval_us)
+static bool agrees(const rate_t *rate, uint32_t interval_us)
 {
     const uint32_t tolerance_us = rate->period_us >> 3;
 
+    return interval_us + tolerance_us >= rate->period_us &&
+           interval_us <= rate->period_us + tolerance_us;
+}
+
+bool rate_update(rate_t *rate, uint32_t interval_us)
+{
     if (rate->period_us == 0U) {
         start_over(rate, interval_us);
         return false;
     }
-    if (interval_us + tolerance_us < rate->period_us ||
-        interval_us > rate->period_us + tolerance_us) {
+    if (!agrees(rate, interval_us)) {
+        const bool was_known = is_known(rate);
+        const bool shorter   = interval_us < rate->period_us && !was_known;
         rate->refused++;
-        const bool shorter = interval_us < rate->period_us && !is_known(rate);
-        if (shorter || rate->refused >= RATE_START_INTERVALS) {
-            const bool was_known = is_known(rate);
-            start_over(rate, interval_us);
-            return was_known;
-        }
-        return false;
+        if (!shorter && rate->refused < RATE_START_INTERVALS) { return false; }
+        start_over(rate, interval_us);
+        return was_known;
     }
 
     rate->refused = 0;
@@ -76,15 +79,14 @@ uint32_t rate_hz_q16(const rate_t *rate)
     return quotient;
 }
 
-uint8_t rate_missed(const rate_t *rate, uint32_t interval_us)
+bool rate_on_beat(const rate_t *rate, uint32_t interval_us, uint8_t *missed)
 {
-    uint8_t missed = 0;
-
-    if (!is_known(rate)) { return 0; }
+    *missed = 0;
+    if (!is_known(rate)) { return true; }
     const uint32_t half_us = rate->period_us / 2U;
-    while (interval_us > rate->period_us + half_us && missed < UINT8_MAX) {
+    while (interval_us > rate->period_us + half_us && *missed < UINT8_MAX) {
         interval_us -= rate->period_us;
-        missed++;
+        (*missed)++;
     }
-    return missed;
+    return agrees(rate, interval_us);
 }

@@ -34,8 +34,9 @@ bool rate_update(rate_t *rate, uint32_t interval_us);
 uint32_t rate_period_us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
 
-/* Conversions that were lost between two which came interval_us apart; 0 while the rate is not
- * known. */
-uint8_t rate_missed(const rate_t *rate, uint32_t interval_us);
+/* False if conversions interval_us apart cannot both be on the converter's beat: then it has
+ * started anew in between. Else `missed` is how many were lost between them. While the rate is not known,
+ * everything is on the beat. */
+bool rate_on_beat(const rate_t *rate, uint32_t interval_us, uint8_t *missed);
 
 #endif

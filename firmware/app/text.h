@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* text - lines for a person who has nothing but a serial monitor.
  *
- * Model     samples in the Arduino Serial Plotter's form, `raw:-12,fir:-11,kf:-11,weight_g:-0.026`.
- *           Every other line starts with `#` and holds no bare number, which the plotter would draw.
+ * Model     samples in the form of the Arduino Serial Plotter:
+ *           `raw:-12,fir:-11,kf:-11,weight_g:-0.026`. Every other line starts with `#` and holds
+ *           no bare number, which the plotter would draw.
  * Formats   raw, fir and kf in counts, kf rounded half up; weight in g with three decimals
  * Context   main loop; pure but for the line it fills
  */

@@ -19,7 +19,9 @@ static weight_kf_t         kf;
 static rate_t              rate;
 static weighing_counters_t counters; /* clipped: of the runs before the present one */
 static bool                primed;   /* the filters hold a run of samples */
+static bool                has_previous;
 static uint32_t            previous_us;
+static uint8_t             missed;       /* just before the present conversion */
 static uint16_t            missed_total; /* modulo 65536, unlike the counter */
 static uint32_t            span_ug_per_count_q16;
 static int32_t             tare_counts_q7;
@@ -38,24 +40,29 @@ void weighing_restart(void)
     primed   = false;
 }
 
-/* How many conversions are missing before this one, and what its time says of the rate. */
-static uint8_t time_conversion(uint32_t device_us)
+bool weighing_time(uint32_t device_us)
 {
     const uint32_t interval_us = device_us - previous_us;
-    uint8_t        missed      = 0;
+    bool           on_beat     = true;
 
-    if (primed) {
-        missed = rate_missed(&rate, interval_us);
+    missed = 0;
+    if (has_previous) {
+        on_beat = rate_on_beat(&rate, interval_us, &missed);
         if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
     }
-    previous_us = device_us;
-    return missed;
+    previous_us  = device_us;
+    has_previous = true;
+    return on_beat;
+}
+
+void weighing_lose_beat(void)
+{
+    has_previous = false;
 }
 
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
 {
     const int32_t counts = conversion->counts;
-    const uint8_t missed = time_conversion(conversion->device_us);
     uint8_t       flags  = 0;
 
     if (missed != 0U) {

@@ -34,10 +34,17 @@ typedef struct { /* what HELLO says of the chain */
 
 void weighing_init(void);
 
-/* The stream broke: the next conversion starts the filters anew. */
+/* Take the time of a conversion, of a dropped one too: this gives the rate. False if it is off the
+ * converter's beat and therefore not to be trusted. */
+bool weighing_time(uint32_t device_us);
+
+/* The converter was restarted: the next conversion's time says nothing about the rate. */
+void weighing_lose_beat(void);
+
+/* What follows is not connected with what was: the next conversion starts the filters anew. */
 void weighing_restart(void);
 
-/* Take one conversion, give its sample. */
+/* Take one conversion whose time was taken, give its sample. */
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion);
 
 /* The present estimate becomes zero load; false while there is none. */

@@ -9,7 +9,7 @@
 #include <avr/io.h>
 #include <util/delay.h>
 
-enum { SETTLING_CONVERSIONS = 4, LATE_CONVERSIONS = 3 };
+enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400 ms at 10 */
 
 /* Above 60 us PD_SCK high powers the chip down, HX711 datasheet p. 5; between 50 and 60 nothing is
  * said. Longer does no harm. */
@@ -29,8 +29,7 @@ static volatile uint32_t edge_us;   /* INT0 writes, main loop reads while INT0 i
 static hx711_gain_t     gain_pulses;
 static hx711_state_t    state;
 static hx711_counters_t counters;
-static uint8_t          settling_left; /* conversions still to drop after a restart */
-static uint8_t          late_left;     /* conversions still to drop after a late read */
+static uint8_t          settling_left; /* conversions still to drop */
 static uint32_t         waiting_since_us;
 static uint32_t         timeout_us;
 static uint32_t         fresh_us; /* a read that ends later than this is late */
@@ -49,6 +48,12 @@ static void count(uint16_t *counter)
     if (*counter != UINT16_MAX) { (*counter)++; }
 }
 
+static void settle(void)
+{
+    settling_left = SETTLING_CONVERSIONS;
+    if (gain_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
+}
+
 /* Power the chip down and up, as the only way to know where it stands. The edge is armed but the
  * level is not looked at: a DOUT stuck low must run into the time-out, not be read again and
  * again. */
@@ -65,13 +70,11 @@ static void restart(hx711_state_t why)
     state            = why;
     waiting_since_us = ticks_device_us();
     timeout_us       = TIMEOUT_FIRST_US;
-    late_left        = 0;
-    settling_left    = SETTLING_CONVERSIONS;
-    if (gain_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
+    settle();
 }
 
-/* After a frame, INT0 still masked: forget the edges that its bits made, then look at the level. Low
- * means that a conversion came in meanwhile; high, that its edge is still to come and will be seen. */
+/* After a frame, INT0 still masked: forget the edges that its bits made, then look at the level.
+ * Low means that a conversion came in meanwhile; high, that its edge is still to come. */
 static void rearm(void)
 {
     EIFR = _BV(INTF0);
@@ -107,9 +110,7 @@ static hx711_status_t judge(bool intact, uint32_t age_us)
     timeout_us = TIMEOUT_US;
     rearm();
 
-    /* A read into a conversion spoils that one, the next (stray bits) and the one after it (a
-     * gain set by the strays). */
-    if (age_us > fresh_us) { late_left = LATE_CONVERSIONS; }
+    if (age_us > fresh_us) { settle(); }
     if (settling_left != 0U) {
         settling_left--;
         state = HX711_STATE_SETTLING;
@@ -117,11 +118,6 @@ static hx711_status_t judge(bool intact, uint32_t age_us)
         return HX711_DROPPED;
     }
     state = HX711_STATE_RUNNING;
-    if (late_left != 0U) {
-        late_left--;
-        count(&counters.late_dropped);
-        return HX711_DROPPED;
-    }
     return HX711_CONVERSION;
 }
 
@@ -149,7 +145,16 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
 
 void hx711_set_period_us(uint32_t period_us)
 {
+    if (period_us < PERIOD_MIN_US) { period_us = PERIOD_MIN_US; }
     fresh_us = period_us - (period_us >> 6);
+}
+
+void hx711_distrust(void)
+{
+    if (state == HX711_STATE_RUNNING) { count(&counters.settling_dropped); }
+    state = HX711_STATE_SETTLING;
+    settle();
+    settling_left--; /* that one */
 }
 
 hx711_state_t hx711_state(void)

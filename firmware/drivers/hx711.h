@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /* hx711 - driver of the load-cell converter HX711: raw counts, time of conversion, health.
  *
- * Model     DOUT falls when a conversion is done; 24 pulses on PD_SCK bring its bits, the 25th (26th,
- *           27th) sets the next gain and DOUT rests high (HX711 datasheet, p. 4-5). Interrupts are
- *           off only while PD_SCK is high, because a pulse beyond 50 us may power the chip down.
+ * Model     DOUT falls when a conversion is done; 24 pulses on PD_SCK bring its bits, the 25th
+ *           (26th, 27th) sets the next gain and DOUT rests high (HX711 datasheet, p. 4-5).
+ *           Interrupts are off only while PD_SCK is high, because a pulse beyond 50 us may power
+ *           the chip down.
  * Formats   counts: 24 bits two's complement in int32    device_us: when DOUT fell, noted by INT0
  * Settling  4 conversions after power-up, a restart or a change of gain are read and dropped
  * Bad data  DOUT low where it must rest high: bad frame, the chip is restarted
  *           a falling edge without a conversion behind it: counted as a bad frame, nothing read
  *           no conversion within the time-out: the chip is restarted, again and again
- *           read too late, into the next conversion: that one and two more are dropped
+ *           read too late, into the next conversion: settles anew, for that one, the next (stray
+ *           bits) and the one after it (a gain set by the strays) are spoilt
+ *           a lost clock pulse shows only where the last bit is 0, as DOUT then does not rise
  * Context   main loop, interrupts on; INT0 is the driver's own.  Cost: firmware/budget.toml
  */
 #ifndef HX711_H
@@ -27,7 +30,7 @@ typedef enum {                      /* pulses a read */
 typedef enum {
     HX711_NOTHING,    /* the converter is at work */
     HX711_CONVERSION, /* the out-parameter is filled */
-    HX711_DROPPED,    /* read, but not to be used: settling, or out of step after a late read */
+    HX711_DROPPED,    /* settling: its time is good, its counts are not */
     HX711_BAD_FRAME,  /* refused; after a restart the converter settles */
     HX711_TIMED_OUT   /* nothing came; the converter was restarted */
 } hx711_status_t;
@@ -44,10 +47,9 @@ typedef struct {
     uint32_t device_us; /* when DOUT fell */
 } hx711_conversion_t;
 
-typedef struct {               /* since reset; each stops at its maximum */
-    uint32_t conversions;      /* frames clocked out whole, dropped ones included */
-    uint16_t settling_dropped; /* dropped while settling */
-    uint16_t late_dropped;     /* dropped because of a late read */
+typedef struct {          /* since reset; each stops at its maximum */
+    uint32_t conversions; /* frames clocked out whole, dropped ones included */
+    uint16_t settling_dropped;
     uint16_t timeouts;
     uint16_t bad_frames;
 } hx711_counters_t;
@@ -59,8 +61,13 @@ void hx711_init(hx711_gain_t gain);
 hx711_status_t hx711_poll(hx711_conversion_t *conversion);
 
 /* Tell the period between conversions once it is known: a read that ends later than this after
- * DOUT fell has run into the next conversion. Until then the shortest possible one holds. */
+ * DOUT fell has run into the next conversion. While it is 0, not known, the shortest possible one
+ * holds. */
 void hx711_set_period_us(uint32_t period_us);
+
+/* The conversion just given came at a time that no conversion was due: the chip has started anew
+ * without being told to, as after a loose contact. It and those after it settle. */
+void hx711_distrust(void);
 
 hx711_state_t hx711_state(void);
 uint8_t       hx711_gain(void); /* 128, 64 or 32 */
