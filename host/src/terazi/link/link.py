@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""A conversation with one board: wait for HELLO, ask, be answered, take what it sends unasked."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+
+from terazi.cshared import encode_frame
+from terazi.errors import CommandRefused, NoAnswer
+from terazi.link.generated.messages import Ack, GetInfo, Hello, Result, SetTextMode, Status
+from terazi.link.stream import SEQUENCE_PERIOD, MessageStream, Received
+from terazi.link.transport import BAUD_DEFAULT, SerialTransport, Transport
+
+# Opening the port resets the board; optiboot then listens for 1 s, and 1.4 s after opening the
+# program runs. Twice that for boards with a slower boot loader.
+HELLO_AFTER_RESET_S = 3.0
+ANSWER_S = 0.5
+ATTEMPTS = 3
+POLL_S = 0.05  # how finely a wait looks at its deadline
+
+
+class Link:
+    """Messages both ways over a transport.
+
+    on_bytes is called with (host_s, bytes) for all that comes in, before anything is decoded: a
+    recorder hangs there. host_s counts from the link's making.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        on_bytes: Callable[[float, bytes], None] | None = None,
+        name: str = "the board",
+    ) -> None:
+        self.transport = transport
+        self.name = name
+        self.on_bytes = on_bytes
+        self.stream = MessageStream(whose=name)
+        self._start_s = transport.now_s()
+        self._sequence = 0
+        self._waiting: deque[Received] = deque()  # not yet given by poll
+        # What came since the last request was begun; in a long recording, its end.
+        self._answers: deque[Received] = deque(maxlen=1024)
+
+    def __enter__(self) -> "Link":
+        return self
+
+    def __exit__(self, *_exception) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self.transport.close()
+
+    def now_s(self) -> float:
+        """Seconds since the link was made, on the transport's clock."""
+        return self.transport.now_s() - self._start_s
+
+    def poll(self, timeout_s: float) -> list[Received]:
+        """What came in: what waits already, else whatever one read of the transport brings."""
+        if not self._waiting:
+            self._read(timeout_s)
+        received = list(self._waiting)
+        self._waiting.clear()
+        return received
+
+    def messages(self, seconds: float | None = None) -> Iterator[Received]:
+        """Every message in turn, for so many seconds or for ever."""
+        end_s = None if seconds is None else self.now_s() + seconds
+        while end_s is None or self.now_s() < end_s:
+            yield from self.poll(POLL_S)
+
+    def hello(self, timeout_s: float = HELLO_AFTER_RESET_S) -> Hello:
+        """Who is there. Waits for the HELLO that follows a reset; if none comes, asks.
+
+        Messages that arrive meanwhile stay for `poll`. Raises NoAnswer, or FingerprintMismatch.
+        """
+        if self.stream.hello is None:
+            self._wait(lambda: self.stream.hello, timeout_s)
+        if self.stream.hello is None:
+            self._ask_for_hello()
+        if self.stream.hello is None:
+            raise self._no_answer()
+        return self.stream.hello
+
+    def request(self, command, timeout_s: float = ANSWER_S, *, attempts: int = ATTEMPTS) -> Ack:
+        """Send a command until it is acknowledged, and give the ACK, whatever its result.
+
+        Every command may be repeated without harm, so that a lost ACK is no trouble. Raises
+        NoAnswer after the last attempt.
+        """
+        sent = set()
+        self._answers.clear()
+        for _attempt in range(attempts):
+            sent.add(self.send(command))
+            ack = self._wait(lambda: self._ack(command.ID, sent), timeout_s)
+            if ack is not None:
+                return ack
+        name = type(command).__name__
+        raise NoAnswer(f"{self.name} does not acknowledge {name} after {attempts} attempts")
+
+    def command(self, command, timeout_s: float = ANSWER_S) -> None:
+        """Send a command that must succeed. Raises CommandRefused if the board says no."""
+        result = self.request(command, timeout_s).result
+        if result != Result.OK:
+            words = getattr(result, "name", f"result {result}").lower().replace("_", " ")
+            raise CommandRefused(f"{self.name} refuses {type(command).__name__}: {words}")
+
+    def status(self, timeout_s: float = ANSWER_S) -> Status:
+        """The board's health now."""
+        self.command(GetInfo(), timeout_s)
+        status = self._wait(self._answered_status, timeout_s)
+        if status is None:
+            raise NoAnswer(f"{self.name} acknowledged GetInfo but sent no STATUS")
+        return status
+
+    def send(self, command) -> int:
+        """Send a command's frame without waiting; gives its sequence number."""
+        sequence = self._sequence
+        self._sequence = (sequence + 1) % SEQUENCE_PERIOD
+        # The leading delimiter ends whatever noise stands in the board's receiver.
+        self.transport.write(b"\0" + encode_frame(command.ID, sequence, 0, command.pack()))
+        return sequence
+
+    def _read(self, timeout_s: float) -> None:
+        data = self.transport.read(timeout_s)
+        if not data:
+            return
+        host_s = self.now_s()
+        if self.on_bytes is not None:
+            self.on_bytes(host_s, data)
+        received = self.stream.feed(data, host_s)
+        self._waiting.extend(received)
+        self._answers.extend(received)
+
+    def _wait(self, found: Callable, timeout_s: float):
+        """Read until `found()` gives something, at most timeout_s; gives that or None."""
+        end_s = self.now_s() + timeout_s
+        while (result := found()) is None and self.now_s() < end_s:
+            self._read(POLL_S)
+        return result
+
+    def _ack(self, command_id: int, sent: set[int]) -> Ack | None:
+        for received in self._answers:
+            ack = received.message
+            if isinstance(ack, Ack) and ack.command == command_id and ack.command_sequence in sent:
+                return ack
+        return None
+
+    def _answered_status(self) -> Status | None:
+        for received in self._answers:
+            if isinstance(received.message, Status):
+                return received.message
+        return None
+
+    def _ask_for_hello(self) -> None:
+        """For a port whose opening does not reset, and for a board left in text mode."""
+        for _attempt in range(ATTEMPTS):
+            self.send(SetTextMode(on=0))
+            self.send(GetInfo())
+            if self._wait(lambda: self.stream.hello, ANSWER_S) is not None:
+                return
+
+    def _no_answer(self) -> NoAnswer:
+        remedy = (
+            "Put Terazi's firmware on it with `terazi flash`; if it is there, check the baud rate."
+        )
+        if self.stream.frames:
+            return NoAnswer(f"{self.name} sends frames but no HELLO", remedy=remedy)
+        if self.stream.bytes_in:
+            count = self.stream.bytes_in
+            return NoAnswer(
+                f"{self.name} sends no Terazi frames ({count} bytes came, none of them a frame)",
+                remedy=remedy,
+            )
+        return NoAnswer(f"{self.name} does not answer", remedy=remedy)
+
+
+def open_link(
+    port: str,
+    baud: int = BAUD_DEFAULT,
+    *,
+    on_bytes: Callable[[float, bytes], None] | None = None,
+) -> Link:
+    """A link over a serial port. Raises PortMissing or PortBusy."""
+    return Link(SerialTransport(port, baud), on_bytes=on_bytes, name=port)

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+"""Tables beside a capture: NAME.csv, NAME.parquet and NAME.status.csv.
+
+They are made while recording, block by block, so that a recording of a week needs no more memory
+than one of a minute; or afterwards from the capture, with the same result. A table that cannot be
+written is given up with a word on why; the capture goes on.
+"""
+
+import contextlib
+import csv
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from terazi.errors import CannotWrite
+from terazi.link.plain import plain_message
+from terazi.link.stream import Received
+from terazi.recorder.columns import SampleColumns, table_of
+from terazi.recorder.files import cannot_write
+
+CSV_BLOCK_SAMPLES = 64  # so that what reads along is less than a second behind
+PARQUET_BLOCK_SAMPLES = 16384  # a row group
+
+PARQUET_REMEDY = "Parquet is not written: pyarrow is not installed (pip install pyarrow)"
+
+CSV_FORMATS = {"host_s": "{:.6f}", "kf_counts": "{:.7f}", "weight_g": "{:.3f}"}
+
+
+def table_paths(capture: Path) -> dict[str, Path]:
+    """Where the tables of a capture lie."""
+    return {
+        "csv": capture.with_suffix(".csv"),
+        "status": capture.with_suffix(".status.csv"),
+        "parquet": capture.with_suffix(".parquet"),
+    }
+
+
+class CsvTable:
+    """NAME.csv: one line a sample."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 - own close
+        self._names: list[str] = []
+
+    def write(self, table: dict[str, np.ndarray]) -> None:
+        if not self._names:
+            self._names = list(table)
+            self._file.write(",".join(self._names) + "\n")
+        columns = [
+            map(CSV_FORMATS.get(name, "{}").format, column.tolist())
+            for name, column in table.items()
+        ]
+        self._file.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def give_up(self) -> None:
+        """Close, and keep what could be written."""
+        with contextlib.suppress(OSError):
+            self._file.close()
+
+
+class ParquetTable:
+    """NAME.parquet. It has no meaning before its end is written: until then NAME.parquet.part."""
+
+    def __init__(self, path: Path, metadata: dict) -> None:
+        import pyarrow
+        import pyarrow.parquet
+
+        self.path = path
+        self._arrow = pyarrow
+        self._part = path.with_name(path.name + ".part")
+        self._metadata = {key: str(value) for key, value in metadata.items()}
+        self._writer = None
+        self._file = open(self._part, "wb")  # noqa: SIM115 - own close
+
+    def write(self, table: dict[str, np.ndarray]) -> None:
+        block = self._arrow.table(table).replace_schema_metadata(self._metadata)
+        if self._writer is None:
+            self._writer = self._arrow.parquet.ParquetWriter(self._file, block.schema)
+        self._writer.write_table(block)
+
+    def close(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+        self._file.close()
+        os.replace(self._part, self.path)
+
+    def give_up(self) -> None:
+        """Close and remove: a Parquet file without its end cannot be read."""
+        with contextlib.suppress(OSError):
+            self._file.close()
+        self._part.unlink(missing_ok=True)
+
+
+class StatusTable:
+    """NAME.status.csv: one line a STATUS, with rates in Hz. Made when the first one comes."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = None
+
+    def write(self, received: Received) -> None:
+        row = {
+            "host_s": f"{received.host_s:.6f}",
+            "device_us": received.device_us,
+            "boot": received.boot,
+        } | plain_message(received.message)
+        if self._file is None:
+            self._file = open(self.path, "w", newline="", encoding="utf-8")  # noqa: SIM115
+            self._rows = csv.DictWriter(self._file, list(row), lineterminator="\n")
+            self._rows.writeheader()
+        self._rows.writerow(row)
+        self._file.flush()
+
+    @property
+    def is_begun(self) -> bool:
+        return self._file is not None
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class Tables:
+    """All tables of one recording. Nothing here raises: `faults` says what went wrong."""
+
+    def __init__(self, capture: Path, metadata: dict) -> None:
+        self.faults: list[CannotWrite] = []
+        self.notes: list[str] = []
+        self.written: list[Path] = []
+        self._outputs: list[_Output] = []
+        paths = table_paths(capture)
+        self._open(CSV_BLOCK_SAMPLES, lambda: CsvTable(paths["csv"]), paths["csv"])
+        if has_parquet():
+            self._open(
+                PARQUET_BLOCK_SAMPLES,
+                lambda: ParquetTable(paths["parquet"], metadata),
+                paths["parquet"],
+            )
+        else:
+            self.notes.append(PARQUET_REMEDY)
+        paths["status"].unlink(missing_ok=True)  # of an older recording under this name
+        self._status: StatusTable | None = StatusTable(paths["status"])
+
+    def add_sample(self, received: Received, lost_before: int) -> None:
+        for output in list(self._outputs):
+            output.waiting.append(received, lost_before)
+            if len(output.waiting) >= output.block_samples:
+                self._try(output, output.write_waiting)
+
+    def add_status(self, received: Received) -> None:
+        if self._status is None:
+            return
+        try:
+            self._status.write(received)
+        except OSError as error:
+            self.faults.append(cannot_write(self._status.path, error))
+            self._status = None
+
+    def close(self) -> None:
+        for output in list(self._outputs):
+            self._try(output, output.finish)
+        self.written = [output.table.path for output in self._outputs]
+        if self._status is not None and self._status.is_begun:
+            self._status.close()
+            self.written.append(self._status.path)
+        self._outputs = []
+
+    def _open(self, block_samples: int, make: Callable, path: Path) -> None:
+        try:
+            self._outputs.append(_Output(make(), block_samples))
+        except OSError as error:
+            self.faults.append(cannot_write(path, error))
+
+    def _try(self, output: "_Output", action: Callable) -> None:
+        try:
+            action()
+        except OSError as error:
+            self.faults.append(cannot_write(output.table.path, error))
+            self._outputs.remove(output)
+            output.table.give_up()
+
+
+class _Output:
+    """A table and the samples that wait for its next block."""
+
+    def __init__(self, table: CsvTable | ParquetTable, block_samples: int) -> None:
+        self.table = table
+        self.block_samples = block_samples
+        self.waiting = SampleColumns()
+        self._is_empty = True
+
+    def write_waiting(self) -> None:
+        block = table_of(self.waiting.to_numpy())
+        self.waiting = SampleColumns()
+        self._is_empty = False
+        self.table.write(block)
+
+    def finish(self) -> None:
+        if len(self.waiting) or self._is_empty:  # an empty table still names its columns
+            self.write_waiting()
+        self.table.close()
+
+
+def has_parquet() -> bool:
+    """Whether pyarrow is there. Importing it takes a moment: better before a board is opened."""
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        return False
+    return True
