@@ -55,7 +55,7 @@ def run(command: list[str]) -> None:
 def virtual_uno(speed: float) -> Iterator[None]:
     """The bench as a program of its own, for as long as the block lasts."""
     command = [sys.executable, "-m", "virtual_uno", "--elf", IMAGE, "--link", PORT]
-    command += ["--rate", RATE_SPS, "--speed", f"{speed:g}", "--truth", TRUTH]
+    command += ["--rate", RATE_SPS, "--speed", f"{speed:g}"]
     command += ["--scenario", "tools.demo.scenario:grams"]
     log = FOLDER / "virtual_uno.log"
     with log.open("w") as output:
@@ -73,12 +73,19 @@ def virtual_uno(speed: float) -> Iterator[None]:
                 raise DemoFailed(f"the virtual Uno ended early:\n{log.read_text()}")
         finally:
             if bench.poll() is None:
-                bench.send_signal(signal.SIGINT)  # it writes the truth down before it goes
+                bench.send_signal(signal.SIGINT)
             try:
                 bench.wait(STOP_TIMEOUT_S)
             except subprocess.TimeoutExpired:
                 bench.kill()
                 bench.wait()
+
+
+def write_truth() -> None:
+    """The weights alone: what a perfect scale would say. The report fits its clock by the steps."""
+    rows = [*LOADS_S_G, (SECONDS, LOADS_S_G[-1][1])]
+    lines = ["t_s,load_g", *(f"{start_s:g},{total_g:g}" for start_s, total_g in rows)]
+    TRUTH.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def open_report() -> None:
@@ -100,6 +107,7 @@ def demo(speed: float, *, may_open: bool) -> None:
     step(3, "The recording goes through the same C on this machine, and through the float models")
     run(terazi("replay", CAPTURE))
     step(4, "What came of it")
+    write_truth()
     run(terazi("report", CAPTURE, "--truth", TRUTH, "-o", REPORT))
     print(f"\nThe report, to open in a browser: {(ROOT / REPORT).as_uri()}", flush=True)
     if may_open:
