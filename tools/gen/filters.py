@@ -3,23 +3,8 @@
 
 from __future__ import annotations
 
-from terazi.design import fir, weight_kf
-from tools.gen.spec import Spec, SpecError, c_comment_head
-
-
-def fir_coefficients_q15(design: dict) -> list[int]:
-    """Quantised coefficients of one [[design]] of fir.toml."""
-    if design["method"] != "frequency_sampling":
-        raise SpecError(f"{design['name']}: unknown method {design['method']}")
-    magnitudes = [1.0] * design["passband_bins"] + list(design["transition"])
-    return fir.quantise_q15(fir.frequency_sampling(design["taps"], magnitudes)).tolist()
-
-
-def kf_gains_q15(schedule: dict) -> list[int]:
-    """Quantised gains of one [[schedule]] of weight_kf.toml."""
-    keys = ("process_var", "noise_var", "initial_var", "steady_within", "length")
-    wanted = {key: schedule[key] for key in keys if key in schedule}
-    return weight_kf.quantise_q15(weight_kf.gain_schedule(**wanted))
+from terazi.design import specs
+from tools.gen.spec import Spec, c_comment_head
 
 
 def _rows(values: list[int], per_row: int = 8) -> list[str]:
@@ -58,7 +43,7 @@ def fir_source(spec: Spec) -> str:
     """Text of fir_designs.c."""
     lines = ['#include "fir_designs.h"', "", '#include "port_rom.h"', ""]
     for design in spec.content["design"]:
-        name, taps = design["name"], fir_coefficients_q15(design)
+        name, taps = design["name"], specs.fir_taps_q15(name).tolist()
         half = taps[: len(taps) // 2]
         lines += [
             f"/* all {len(taps)} sum to {sum(taps)}, their magnitudes to {sum(map(abs, taps))} */",
@@ -103,7 +88,7 @@ def kf_source(spec: Spec) -> str:
     """Text of weight_kf_gains.c."""
     lines = ['#include "weight_kf_gains.h"', "", '#include "port_rom.h"', ""]
     for schedule in spec.content["schedule"]:
-        name, gains = schedule["name"], kf_gains_q15(schedule)
+        name, gains = schedule["name"], specs.weight_kf_gains_q15(name)
         lines += [
             f"static const uint16_t {name}_gain_q15[{len(gains)}] PORT_ROM = {{",
             *(row.replace(",", "U,") for row in _rows(gains)),

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""shared_c/spec as numbers: designs and schedules by name or index."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+from terazi.design import fir, weight_kf
+
+INSTALLED = Path(__file__).with_name("specs")
+CHECKOUT = Path(__file__).resolve().parents[4] / "shared_c" / "spec"
+
+
+@cache
+def _entries(name: str, key: str) -> tuple[dict, ...]:
+    """A spec's list of tables; a wheel carries the specs, a checkout has them in shared_c."""
+    folder = INSTALLED if INSTALLED.is_dir() else CHECKOUT
+    return tuple(tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))[key])
+
+
+def _chosen(choice: str | int, entries: tuple[dict, ...], what: str) -> dict:
+    for index, entry in enumerate(entries):
+        if choice in (index, entry["name"]):
+            return entry
+    raise ValueError(f"no {what} {choice!r}; there are {', '.join(e['name'] for e in entries)}")
+
+
+def fir_designs() -> tuple[dict, ...]:
+    """[[design]] of fir.toml, in order of index."""
+    return _entries("fir", "design")
+
+
+def fir_design(choice: str | int) -> dict:
+    """One [[design]] of fir.toml."""
+    return _chosen(choice, fir_designs(), "FIR design")
+
+
+def fir_taps(choice: str | int):
+    """(N,) float64: the design's coefficients before they are quantised."""
+    design = fir_design(choice)
+    if design["method"] != "frequency_sampling":
+        raise ValueError(f"{design['name']}: unknown method {design['method']}")
+    magnitudes = [1.0] * design["passband_bins"] + list(design["transition"])
+    return fir.frequency_sampling(design["taps"], magnitudes)
+
+
+def fir_taps_q15(choice: str | int):
+    """(N,) int64: the coefficients that the C has."""
+    return fir.quantise_q15(fir_taps(choice))
+
+
+def weight_kf_schedules() -> tuple[dict, ...]:
+    """[[schedule]] of weight_kf.toml, in order of index."""
+    return _entries("weight_kf", "schedule")
+
+
+def weight_kf_schedule(choice: str | int) -> dict:
+    """One [[schedule]] of weight_kf.toml."""
+    return _chosen(choice, weight_kf_schedules(), "gain schedule")
+
+
+def weight_kf_gains(choice: str | int) -> list[float]:
+    """The schedule's gains before they are quantised, as many as the C has."""
+    schedule = weight_kf_schedule(choice)
+    keys = ("process_var", "noise_var", "initial_var", "steady_within", "length")
+    return weight_kf.gain_schedule(**{key: schedule[key] for key in keys if key in schedule})
+
+
+def weight_kf_gains_q15(choice: str | int) -> list[int]:
+    """The gains that the C has; the last one is held."""
+    return weight_kf.quantise_q15(weight_kf_gains(choice))
