@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* uno_internal - what the parts of the simulated board share with one another.
+ *
+ * Every part keeps its state in its own struct inside uno_t, so that instances are independent;
+ * there are no file-scope variables anywhere in this core.
+ */
+#ifndef UNO_INTERNAL_H
+#define UNO_INTERNAL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <simavr/sim_avr.h>
+#include <simavr/sim_io.h>
+
+#include "eeprom.h"
+#include "hx711.h"
+#include "pins.h"
+#include "probe.h"
+#include "timing.h"
+#include "twi.h"
+#include "uno.h"
+#include "usart.h"
+#include "vcd.h"
+
+enum { CORE_RUN_LIMIT_CYCLES = 1600 }; /* simavr looks at its timers at least this often */
+
+struct uno {
+    avr_t      *avr;
+    uint64_t    reset_cycle; /* when the program last started */
+    uint64_t    until_cycle; /* a sleeping core never runs past this */
+    uint64_t    scramble;    /* generator for SRAM contents at power-on */
+    uno_stats_t stats;
+    pins_t      pins;
+    timing_t    timing;
+    usart_t     usart;
+    twi_t       twi;
+    eeprom_t    eeprom;
+    hx711_t    *hx711;
+    void       *source_ctx; /* Python's handle */
+    probe_t     probe;
+    vcd_t       vcd;
+};
+
+/* Gives `n` signal values for the instants `ticks`; defined by the cffi module. */
+void uno_source(void *source_ctx, const uint64_t *ticks, double *counts, uint32_t n);
+
+/* First io module of that kind, and for ports of that name; never NULL on this chip. */
+avr_io_t *core_find_io(avr_t *avr, const char *kind, char name);
+
+/* Puts our handlers in place of simavr's; either may be NULL for plain memory. */
+void core_hook(uno_t *uno, uint16_t addr, avr_io_read_t read, avr_io_write_t write);
+
+/* True while the running instruction is SBI; then `bit` is the one bit that it touches. */
+bool core_is_sbi(const avr_t *avr, uint8_t *bit);
+
+/* Cycles from now until the port write of the running instruction shows at the pin. */
+uint8_t core_write_latency(const avr_t *avr);
+
+#endif
