@@ -43,7 +43,8 @@ def fir_source(spec: Spec) -> str:
     """Text of fir_designs.c."""
     lines = ['#include "fir_designs.h"', "", '#include "port_rom.h"', ""]
     for design in spec.content["design"]:
-        name, taps = design["name"], specs.fir_taps_q15(name).tolist()
+        name = design["name"]
+        taps = specs.fir_taps_q15(name).tolist()
         half = taps[: len(taps) // 2]
         lines += [
             f"/* all {len(taps)} sum to {sum(taps)}, their magnitudes to {sum(map(abs, taps))} */",
@@ -88,7 +89,8 @@ def kf_source(spec: Spec) -> str:
     """Text of weight_kf_gains.c."""
     lines = ['#include "weight_kf_gains.h"', "", '#include "port_rom.h"', ""]
     for schedule in spec.content["schedule"]:
-        name, gains = schedule["name"], specs.weight_kf_gains_q15(name)
+        name = schedule["name"]
+        gains = specs.weight_kf_gains_q15(name)
         lines += [
             f"static const uint16_t {name}_gain_q15[{len(gains)}] PORT_ROM = {{",
             *(row.replace(",", "U,") for row in _rows(gains)),
