@@ -16,6 +16,7 @@ from terazi.models import fir as fir_model
 from terazi.models import weight_kf as weight_kf_model
 
 SAMPLES = 1 << 19
+ACCURACY_SAMPLES = 1 << 14  # the float64 Kalman model is a Python loop
 ROUNDS = 5
 Q7 = 1 << 7
 SEED = 20
@@ -70,4 +71,11 @@ def measure() -> tuple[dict, dict]:
             lambda: lfilter([gain], [1.0, gain - 1.0], as_float),
         ),
     }
-    return host, {}
+    part = counts[:ACCURACY_SAMPLES]
+    fir_error = cshared.fir_block(part) - fir_model.fir(part)
+    kf_error = cshared.weight_kf_block(part) / Q7 - weight_kf_model.weight_kf(part)
+    accuracy = {
+        "fir_counts_max": round(float(np.abs(fir_error).max()), 4),
+        "weight_kf_counts_max": round(float(np.abs(kf_error).max()), 4),
+    }
+    return host, accuracy

@@ -36,7 +36,7 @@ def show(figures: dict) -> None:
     print(f"  firmware asleep  {figures['bench_realtime_factor_asleep']:8.1f}")
     print("\nfixed point against float64, largest difference in counts")
     for name, counts in figures["accuracy"].items():
-        print(f"  {name:16} {counts:8.3f}")
+        print(f"  {name:20} {counts:10.4f}")
 
 
 def main(arguments: list[str]) -> int:
