@@ -35,8 +35,8 @@ uint32_t rate_period_us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
 
 /* False if conversions interval_us apart cannot both be on the converter's beat: then it has
- * started anew in between. Else `missed` is how many were lost between them. While the rate is not known,
- * everything is on the beat. */
+ * started anew in between. Else `missed` is how many were lost between them. While the rate is
+ * not known, everything is on the beat. */
 bool rate_on_beat(const rate_t *rate, uint32_t interval_us, uint8_t *missed);
 
 #endif

@@ -17,14 +17,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { /* since reset; each stops at its maximum */
+/* Since reset; each stops at its maximum. */
+typedef struct {
     uint16_t conversions_missed;
     uint16_t at_rail;
     uint16_t fir_clipped;
     uint16_t kf_clipped;
 } weighing_counters_t;
 
-typedef struct { /* what HELLO says of the chain */
+/* What HELLO says of the chain. */
+typedef struct {
     uint8_t  fir_design;
     uint8_t  fir_taps;
     uint8_t  kf_schedule;

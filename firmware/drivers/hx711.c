@@ -26,7 +26,7 @@ enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400
 static volatile bool     edge_seen; /* INT0 writes, main loop clears while INT0 is masked */
 static volatile uint32_t edge_us;   /* INT0 writes, main loop reads while INT0 is masked */
 
-static hx711_gain_t     gain_pulses;
+static hx711_gain_t     extra_pulses;
 static hx711_state_t    state;
 static hx711_counters_t counters;
 static uint8_t          settling_left; /* conversions still to drop */
@@ -51,7 +51,7 @@ static void count(uint16_t *counter)
 static void settle(void)
 {
     settling_left = SETTLING_CONVERSIONS;
-    if (gain_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
+    if (extra_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
 }
 
 /* Power the chip down and up, as the only way to know where it stands. The edge is armed but the
@@ -89,7 +89,7 @@ static void rearm(void)
 
 void hx711_init(hx711_gain_t gain)
 {
-    gain_pulses = gain;
+    extra_pulses = gain;
     hx711_set_period_us(PERIOD_MIN_US);
 
     HX711_PORT |= _BV(HX711_DOUT); /* pull-up, see uno_pins.h */
@@ -136,7 +136,7 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
         rearm();
         return HX711_BAD_FRAME;
     }
-    const bool     intact = hx711_read(&conversion->counts, gain_pulses);
+    const bool     intact = hx711_read(&conversion->counts, extra_pulses);
     const uint32_t now_us = ticks_device_us();
 
     waiting_since_us = now_us;
@@ -164,7 +164,7 @@ hx711_state_t hx711_state(void)
 
 uint8_t hx711_gain(void)
 {
-    switch (gain_pulses) {
+    switch (extra_pulses) {
     case HX711_GAIN_32: return 32;
     case HX711_GAIN_64: return 64;
     case HX711_GAIN_128:

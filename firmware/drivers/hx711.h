@@ -21,10 +21,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef enum {                      /* pulses a read */
-               HX711_GAIN_128 = 25, /* channel A */
-               HX711_GAIN_32  = 26, /* channel B */
-               HX711_GAIN_64  = 27  /* channel A */
+/* Pulses behind the 24 of the bits. */
+typedef enum {
+    HX711_GAIN_128 = 1, /* channel A */
+    HX711_GAIN_32  = 2, /* channel B */
+    HX711_GAIN_64  = 3  /* channel A */
 } hx711_gain_t;
 
 typedef enum {
@@ -35,11 +36,12 @@ typedef enum {
     HX711_TIMED_OUT   /* nothing came; the converter was restarted */
 } hx711_status_t;
 
-typedef enum { /* as the latest event left it */
-               HX711_STATE_SETTLING,
-               HX711_STATE_RUNNING,
-               HX711_STATE_TIMED_OUT,
-               HX711_STATE_BAD_FRAME
+/* As the latest event left it. */
+typedef enum {
+    HX711_STATE_SETTLING,
+    HX711_STATE_RUNNING,
+    HX711_STATE_TIMED_OUT,
+    HX711_STATE_BAD_FRAME
 } hx711_state_t;
 
 typedef struct {
@@ -47,7 +49,8 @@ typedef struct {
     uint32_t device_us; /* when DOUT fell */
 } hx711_conversion_t;
 
-typedef struct {          /* since reset; each stops at its maximum */
+/* Since reset; each stops at its maximum. */
+typedef struct {
     uint32_t conversions; /* frames clocked out whole, dropped ones included */
     uint16_t settling_dropped;
     uint16_t timeouts;
@@ -77,6 +80,6 @@ const hx711_counters_t *hx711_counters(void);
 /* Clock one frame out of a chip whose DOUT is low; false: DOUT did not rest high behind it.
  * Interrupts must be on; they are off for at most 10 cycles at a time. For hx711_poll and for the
  * measurement of its cost. */
-bool hx711_read(int32_t *counts, uint8_t pulses);
+bool hx711_read(int32_t *counts, uint8_t extra_pulses);
 
 #endif

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "stack.h"
 
-#include <avr/io.h>
-
 #define PAINT 0xC5
 
 extern uint8_t __heap_start; /* the linker's: first byte behind static data */
@@ -31,6 +29,6 @@ uint16_t stack_free_bytes(void)
     const uint8_t *const first = &__heap_start;
     const uint8_t       *byte  = first;
 
-    while (*byte == PAINT && byte != (const uint8_t *)RAMEND) { byte++; }
+    while (*byte == PAINT) { byte++; } /* ends at the latest at main's return address */
     return (uint16_t)(byte - first);
 }

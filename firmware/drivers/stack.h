@@ -3,7 +3,7 @@
  *
  * Model     before main the room between static data and the stack pointer is painted; what still
  *           bears the paint was never used. There is no heap.
- * Context   main loop; about 7 cycles a free byte
+ * Context   main loop; about 9 cycles a free byte
  */
 #ifndef STACK_H
 #define STACK_H
