@@ -11,7 +11,7 @@ from terazi.link.generated.messages import FINGERPRINT, Sample, SampleFlag, Stat
 from terazi.link.stream import MessageStream, Received
 from terazi.recorder.capture import CaptureWriter
 from terazi.recorder.files import cannot_write
-from terazi.recorder.tables import Tables, table_paths
+from terazi.recorder.tables import Tables, has_parquet, table_paths
 
 CONVERSION_PERIOD = 1 << 16
 
@@ -50,6 +50,7 @@ class Recorder:
             for table in table_paths(path).values():
                 if table.exists():
                     raise cannot_write(table, FileExistsError())
+        has_parquet()  # the import takes a moment, in which a board would already be sending
         self._writer = CaptureWriter(path, overwrite=overwrite)
         self._early: list[tuple[float, bytes]] = []
         self._tables: Tables | None = None

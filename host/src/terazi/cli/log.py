@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""`terazi log`."""
+
+import signal
+from collections import deque
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+
+from terazi.cli.common import (
+    BAUD_DEFAULT,
+    BaudOption,
+    PortArgument,
+    errors,
+    out,
+    show_version,
+)
+from terazi.units import g_from_mg, s_from_us, show_bytes, show_duration, show_g
+
+RATE_WINDOW_S = 2.0
+SILENCE_S = 2.0  # without a sample for so long, the live line says so
+POLL_S = 0.1
+LIVE_PER_S = 8
+
+
+def log(
+    port: PortArgument = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            help="The capture to write; CSV and Parquet are written beside it.",
+            show_default=False,
+        ),
+    ] = ...,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Stop after so long; without it, ctrl-C stops.", min=0.0),
+    ] = None,
+    baud: BaudOption = BAUD_DEFAULT,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an older recording.")] = False,
+) -> None:
+    """Record the board: raw bytes as the source of truth, tables beside them. Resets the board.
+
+    ctrl-C ends the recording cleanly; whatever ends it, all that came in until then is kept.
+
+    [dim]Examples:[/]  terazi log -o weights.terazi
+    terazi log /dev/ttyACM0 -o weights.terazi --seconds 60
+    """
+    from terazi.link import find_port, open_link
+    from terazi.recorder import Recorder
+
+    port = find_port(port)
+    recorder = Recorder(output, overwrite=force)
+    with Stop() as stop:
+        try:
+            with errors.status(f"waiting for {port} ..."):
+                link = open_link(port, baud, on_bytes=recorder.on_bytes)
+                hello = link.hello()
+            recorder.begin(port=port, baud=baud, age_s=link.now_s())
+        except BaseException:
+            recorder.abandon()
+            raise
+        stop.is_graceful = True
+        errors.print(f"Terazi {show_version(hello)} at {port}, recording to {output}")
+        if not seconds:
+            errors.print("ctrl-C ends the recording", style="dim")
+        with link:
+            fault = _record(link, recorder, stop, seconds)
+        summary = recorder.finish(link.stream, link.now_s())
+    _show_summary(summary)
+    if fault is not None:
+        raise fault
+    if summary.faults:
+        raise summary.faults[0]
+
+
+class Stop:
+    """SIGINT and SIGTERM: an interruption at first, a wish once `is_graceful` is set."""
+
+    def __init__(self) -> None:
+        self.is_graceful = False
+        self.is_wanted = False
+
+    def __enter__(self) -> "Stop":
+        self._before = {
+            number: signal.signal(number, self._on_signal)
+            for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        return self
+
+    def __exit__(self, *_exception) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _on_signal(self, _number, _frame) -> None:
+        self.is_wanted = True
+        if not self.is_graceful:
+            raise KeyboardInterrupt
+
+
+def _record(link, recorder, stop: Stop, seconds: float | None):
+    """Record until the time is up or a signal comes; gives what went wrong, if anything."""
+    from terazi.errors import TeraziError
+
+    begin_s = link.now_s()
+    line = LiveLine(link, recorder, seconds)
+    try:
+        with line.shown():
+            while not stop.is_wanted:
+                left_s = POLL_S if seconds is None else begin_s + seconds - link.now_s()
+                if left_s <= 0:
+                    break
+                for received in link.poll(min(POLL_S, left_s)):
+                    recorder.add(received)
+                    line.add(received)
+                line.refresh(link.now_s() - begin_s)
+    except TeraziError as error:
+        return error
+    return None
+
+
+class LiveLine:
+    """One line on a terminal: time, rate, weight, lost frames. Elsewhere it keeps quiet."""
+
+    def __init__(self, link, recorder, seconds: float | None) -> None:
+        self._link = link
+        self._recorder = recorder
+        self._seconds = seconds
+        self._recent: deque = deque()  # (device_us, conversion) of the last RATE_WINDOW_S
+        self._sample = None
+        self._sample_host_s = link.now_s()
+        self._state = ""
+        self._live = Live(console=errors, auto_refresh=False, transient=True)
+        self._shown_s = -1.0
+
+    def shown(self) -> Live:
+        return self._live
+
+    def add(self, received) -> None:
+        from terazi.link.generated.messages import Sample, Status
+
+        message = received.message
+        if isinstance(message, Status):
+            self._state = getattr(message.converter_state, "name", "").lower().replace("_", " ")
+        if not isinstance(message, Sample):
+            return
+        self._sample = message
+        self._sample_host_s = received.host_s
+        now = (received.device_us, message.conversion, received.boot)
+        if self._recent and self._recent[-1][2] != received.boot:
+            self._recent.clear()
+        self._recent.append(now)
+        while s_from_us(now[0] - self._recent[0][0]) > RATE_WINDOW_S:
+            self._recent.popleft()
+
+    def refresh(self, elapsed_s: float) -> None:
+        if not errors.is_terminal or elapsed_s - self._shown_s < 1 / LIVE_PER_S:
+            return
+        self._shown_s = elapsed_s
+        self._live.update(self._line(elapsed_s), refresh=True)
+
+    def _line(self, elapsed_s: float) -> Table:
+        line = Table.grid(padding=(0, 2))
+        cells = [show_duration(elapsed_s)]
+        if self._seconds:
+            cells.append(ProgressBar(self._seconds, min(elapsed_s, self._seconds), width=20))
+        silent_s = self._link.now_s() - self._sample_host_s
+        if silent_s > SILENCE_S:
+            why = f" (converter {self._state})" if self._state else ""
+            cells.append(f"[bold red]no samples for {silent_s:.0f} s{why}[/]")
+        elif self._sample is not None:
+            cells.append(self._rate())
+            cells.append(f"[bold]{show_g(g_from_mg(self._sample.mass_mg)):>12}[/]")
+        lost = self._link.stream.frames_lost
+        cells.append(f"[red]{lost} frames lost[/]" if lost else "[green]0 frames lost[/]")
+        cells.append(f"[dim]{self._recorder.samples} samples[/]")
+        line.add_row(*cells)
+        return line
+
+    def _rate(self) -> str:
+        first, last = self._recent[0], self._recent[-1]
+        conversions = (last[1] - first[1]) % (1 << 16)
+        if last[0] <= first[0] or not conversions:
+            return "... SPS"
+        return f"{conversions / s_from_us(last[0] - first[0]):.2f} SPS"
+
+
+def _show_summary(summary) -> None:
+    table = Table.grid(padding=(0, 2))
+    table.add_row("recorded", f"{summary.samples} samples in {show_duration(summary.duration_s)}")
+    table.add_row("frames lost", str(summary.frames_lost))
+    table.add_row("frames corrupt", str(summary.frames_bad))
+    table.add_row("conversions lost", str(summary.conversions_lost))
+    if summary.restarts:
+        table.add_row("device restarts", f"[red]{summary.restarts}[/]")
+    table.add_row("capture", f"{summary.path} ({show_bytes(summary.size_bytes)})")
+    table.add_row("tables", ", ".join(str(path) for path in summary.tables) or "none")
+    out.print(table, soft_wrap=True)
+    for note in summary.notes:
+        errors.print(note, style="yellow", soft_wrap=True)
+    for fault in summary.faults:
+        errors.print(str(fault), style="red", markup=False, soft_wrap=True)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Each stage by itself: fed with what the device fed to it, compared with what it answered.
+
+    fir     raw_counts   -> fir_counts
+    kalman  fir_counts   -> kf_counts_q7
+    mass    kf_counts_q7 -> mass_mg, with the tare and span that held at the time
+
+Where a segment's beginning is unknown, the FIR is compared from the first sample whose whole
+window was recorded, and the Kalman filter starts from the device's own answer once its gain
+schedule must have ended. Nothing is compared that is not certain. The models' side: models.py
+"""
+
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from terazi.cshared import FIR_DESIGNS, WEIGHT_KF_SCHEDULES, Fir, WeightKf, mass_mg_block
+from terazi.errors import CannotRead
+from terazi.recorder.calibration import calibration_of
+from terazi.recorder.recording import Recording
+from terazi.replay.models import ModelResult, compare_with_models
+from terazi.replay.segments import Segment, segments_of
+
+SCHEDULE_MAX = 255  # gains, weight_kf.h
+DIFFERENCES_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One answer of the device that is not this host's."""
+
+    sample: int  # index in the recording
+    conversion: int
+    device: int
+    host: int
+
+
+@dataclass
+class StageResult:
+    """How one stage compares with the C."""
+
+    stage: str
+    compared: int = 0
+    differing: int = 0
+    first: list[Difference] = field(default_factory=list)
+
+    def add(self, samples: dict, indices: np.ndarray, device: np.ndarray, host: np.ndarray) -> None:
+        wrong = np.flatnonzero(device != host)
+        self.compared += len(indices)
+        self.differing += len(wrong)
+        for at in wrong[: DIFFERENCES_SHOWN - len(self.first)].tolist():
+            index = int(indices[at])
+            conversion = int(samples["conversion"][index])
+            self.first.append(Difference(index, conversion, int(device[at]), int(host[at])))
+
+
+@dataclass
+class Replay:
+    """The verdict on one recording."""
+
+    samples: int
+    segments: list[Segment]
+    design: str
+    schedule: str
+    stages: list[StageResult]
+    models: list[ModelResult]
+
+    @property
+    def agrees(self) -> bool:
+        return self.is_bit_identical and all(model.beyond == 0 for model in self.models)
+
+    @property
+    def is_bit_identical(self) -> bool:
+        return all(stage.differing == 0 for stage in self.stages)
+
+    @property
+    def unprimed(self) -> int:
+        return sum(not segment.is_primed for segment in self.segments)
+
+
+def replay(recording: Recording) -> Replay:
+    """Replay a recording. Raises CannotRead for filters that this host does not know."""
+    hello = recording.hello
+    design = _known(FIR_DESIGNS, hello.fir_design, "FIR design")
+    schedule = _known(WEIGHT_KF_SCHEDULES, hello.kf_schedule, "gain schedule")
+    samples = recording.samples
+    segments = segments_of(samples)
+    fir, kalman = StageResult("fir"), StageResult("kalman")
+    for segment in segments:
+        _compare_fir(fir, samples, segment, design)
+        _compare_kalman(kalman, samples, segment, schedule)
+    return Replay(
+        samples=len(recording),
+        segments=segments,
+        design=design,
+        schedule=schedule,
+        stages=[fir, kalman, _compare_mass(recording)],
+        models=compare_with_models(recording, segments, design, schedule),
+    )
+
+
+def _known(names: tuple[str, ...], index: int, what: str) -> str:
+    if index >= len(names):
+        raise CannotRead(f"the recording was made with {what} {index}; this host has {len(names)}")
+    return names[index]
+
+
+def _compare_fir(result: StageResult, samples: dict, segment: Segment, design: str) -> None:
+    raw = samples["raw_counts"][segment.begin : segment.end]
+    fir = Fir(design, int(raw[0]))
+    host = fir.block(raw)
+    skip = 0 if segment.is_primed else fir.taps - 1
+    _add(result, samples, "fir_counts", segment, host, skip)
+
+
+def _compare_kalman(result: StageResult, samples: dict, segment: Segment, schedule: str) -> None:
+    measured = samples["fir_counts"][segment.begin : segment.end]
+    if segment.is_primed:
+        host = WeightKf(schedule, int(measured[0])).block(measured)
+        _add(result, samples, "kf_counts_q7", segment, host, 0)
+        return
+    steady = _Steady(schedule)
+    skip = steady.gains_used
+    if len(segment) <= skip + 1:
+        return
+    kf = steady.started_at(int(samples["kf_counts_q7"][segment.begin + skip]))
+    host = np.concatenate([np.zeros(skip + 1, np.int32), kf.block(measured[skip + 1 :])])
+    _add(result, samples, "kf_counts_q7", segment, host, skip + 1)
+
+
+def _add(result, samples: dict, name: str, segment: Segment, host: np.ndarray, skip: int) -> None:
+    indices = np.arange(segment.begin + skip, segment.end)
+    result.add(samples, indices, samples[name][indices], host[skip:])
+
+
+class _Steady:
+    """A Kalman filter whose gain schedule has ended, to be started at any estimate."""
+
+    def __init__(self, schedule: str) -> None:
+        self._kf = WeightKf(schedule, 0)
+        self._kf.block(np.zeros(SCHEDULE_MAX, np.int32))
+        _estimate, self.gains_used, _clipped = struct.unpack("<iBH", self._kf.save())
+
+    def started_at(self, estimate_counts_q7: int) -> WeightKf:
+        self._kf.restore(struct.pack("<iBH", estimate_counts_q7, self.gains_used, 0))
+        return self._kf
+
+
+def _compare_mass(recording: Recording) -> StageResult:
+    result = StageResult("mass")
+    samples = recording.samples
+    calibration = calibration_of(recording)
+    for begin, end in calibration.stretches():
+        if not calibration.is_certain[begin]:
+            continue
+        tare_q7 = int(calibration.tare_counts_q7[begin])
+        span_q16 = int(calibration.span_ug_per_count_q16[begin])
+        host = mass_mg_block(samples["kf_counts_q7"][begin:end], tare_q7, span_q16)
+        result.add(samples, np.arange(begin, end), samples["mass_mg"][begin:end], host)
+    return result
