@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: MIT */
+/* runner - lets a host feed the shared modules on the chip and read what they answer.
+ *
+ * Linked from the firmware's own objects of shared_c and port, so that golden vectors judge the
+ * very machine code that ships. Requests and replies over the polled USART, 2 Mbaud 8N1:
+ *
+ *   request  op u8 | length u8 | payload        reply  length u8 | payload
+ *
+ * All numbers little-endian. An unknown op is answered with length 0.
+ */
+#include "fir.h"
+#include "fir_designs.h"
+#include "frame.h"
+#include "mass.h"
+#include "weight_kf.h"
+#include "weight_kf_gains.h"
+
+#include <avr/io.h>
+#include <string.h>
+
+enum {
+    OP_FIR_INIT         = 'f', /* design u8, first i32 */
+    OP_FIR_UPDATE       = 'F', /* n x sample i32 -> n x result i32 */
+    OP_FIR_CLIPPED      = 'c', /* -> u16 */
+    OP_WEIGHT_KF_INIT   = 'k', /* schedule u8, first i32 */
+    OP_WEIGHT_KF_UPDATE = 'K', /* n x measurement i32 -> n x estimate i32 */
+    OP_WEIGHT_KF_CLIP   = 'l', /* -> u16 */
+    OP_MASS             = 'M', /* net i32, span u32 -> i32 */
+    OP_CRC              = 'C', /* bytes -> u16 */
+    OP_ENCODE           = 'E', /* id, sequence, device_us u32, payload -> wire bytes */
+    OP_DECODE_INIT      = 'd',
+    OP_DECODE           = 'D', /* bytes -> one frame_status_t a byte */
+    OP_DECODED          = 'g', /* -> id, sequence, device_us u32, payload of the frame just ready */
+    REQUEST_MAX         = 240
+};
+
+static const fir_config_t *const fir_configs[] = {
+    [FIR_DESIGN_LOWPASS32]  = &fir_lowpass32,
+    [FIR_DESIGN_PASSBAND32] = &fir_passband32,
+};
+
+static const weight_kf_config_t *const kf_configs[] = {
+    [WEIGHT_KF_SCHEDULE_DEFAULT] = &weight_kf_default,
+    [WEIGHT_KF_SCHEDULE_AVERAGE] = &weight_kf_average,
+};
+
+static fir_t           fir;
+static weight_kf_t     kf;
+static frame_decoder_t decoder;
+static uint8_t         buffer[REQUEST_MAX]; /* request payload, then the reply's in its place */
+
+static uint8_t usart_read(void)
+{
+    while ((UCSR0A & (1U << RXC0)) == 0U) {}
+    return UDR0;
+}
+
+static void usart_write(uint8_t byte)
+{
+    while ((UCSR0A & (1U << UDRE0)) == 0U) {}
+    UDR0 = byte;
+}
+
+static int32_t get_i32(const uint8_t *bytes)
+{
+    int32_t value;
+    memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+static void put_i32(uint8_t *bytes, int32_t value)
+{
+    memcpy(bytes, &value, sizeof value);
+}
+
+static uint8_t put_u16(uint16_t value)
+{
+    memcpy(buffer, &value, sizeof value);
+    return sizeof value;
+}
+
+static uint8_t encode(uint8_t len)
+{
+    uint8_t wire[FRAME_WIRE_MAX];
+    frame_t frame = {.id = buffer[0], .sequence = buffer[1], .payload = &buffer[FRAME_HEADER_LEN]};
+    memcpy(&frame.device_us, &buffer[2], sizeof frame.device_us);
+    frame.payload_len      = (uint8_t)(len - FRAME_HEADER_LEN);
+    const uint8_t wire_len = frame_encode(wire, &frame);
+    memcpy(buffer, wire, wire_len);
+    return wire_len;
+}
+
+static uint8_t decoded(void)
+{
+    frame_t frame;
+    frame_decoder_read(&decoder, &frame);
+    buffer[0] = frame.id;
+    buffer[1] = frame.sequence;
+    memcpy(&buffer[2], &frame.device_us, sizeof frame.device_us);
+    memcpy(&buffer[FRAME_HEADER_LEN], frame.payload, frame.payload_len);
+    return (uint8_t)(FRAME_HEADER_LEN + frame.payload_len);
+}
+
+/* Do what was asked with the payload in `buffer`; gives the length of the reply there. */
+static uint8_t serve(uint8_t op, uint8_t len)
+{
+    switch (op) {
+    case OP_FIR_INIT: fir_init(&fir, fir_configs[buffer[0]], get_i32(&buffer[1])); return 0;
+    case OP_FIR_UPDATE:
+        for (uint8_t i = 0; i < len; i = (uint8_t)(i + 4U)) {
+            put_i32(&buffer[i], fir_update(&fir, get_i32(&buffer[i])));
+        }
+        return len;
+    case OP_FIR_CLIPPED: return put_u16(fir.clipped);
+    case OP_WEIGHT_KF_INIT:
+        weight_kf_init(&kf, kf_configs[buffer[0]], get_i32(&buffer[1]));
+        return 0;
+    case OP_WEIGHT_KF_UPDATE:
+        for (uint8_t i = 0; i < len; i = (uint8_t)(i + 4U)) {
+            put_i32(&buffer[i], weight_kf_update(&kf, get_i32(&buffer[i])));
+        }
+        return len;
+    case OP_WEIGHT_KF_CLIP: return put_u16(kf.clipped);
+    case OP_MASS:
+        put_i32(buffer, mass_from_counts(get_i32(buffer), (uint32_t)get_i32(&buffer[4])));
+        return 4;
+    case OP_CRC: return put_u16(frame_crc16(buffer, len));
+    case OP_ENCODE: return encode(len);
+    case OP_DECODE_INIT: frame_decoder_init(&decoder); return 0;
+    case OP_DECODE:
+        for (uint8_t i = 0; i < len; i++) {
+            buffer[i] = (uint8_t)frame_decoder_push(&decoder, buffer[i]);
+        }
+        return len;
+    case OP_DECODED: return decoded();
+    default: return 0;
+    }
+}
+
+int main(void)
+{
+    UCSR0A = 1U << U2X0; /* UBRR 0: 16 MHz / 8 = 2 Mbaud */
+    UCSR0B = (1U << RXEN0) | (1U << TXEN0);
+    for (;;) {
+        const uint8_t op  = usart_read();
+        const uint8_t len = usart_read();
+        for (uint8_t i = 0; i < len; i++) { buffer[i] = usart_read(); } /* len <= REQUEST_MAX */
+        const uint8_t reply_len = serve(op, len);
+        usart_write(reply_len);
+        for (uint8_t i = 0; i < reply_len; i++) { usart_write(buffer[i]); }
+    }
+}

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Every golden vector holds inside the AVR binary, bit for bit."""
+
+import pytest
+
+from target_vectors.avr_core import AvrCore
+from terazi.models.vectors import FOLDER, golden
+
+
+@pytest.fixture(scope="module")
+def avr(runner_elf):
+    return AvrCore(runner_elf)
+
+
+@pytest.mark.parametrize("vector", golden("fir"), ids=str)
+def test_fir_reproduces_vector_bit_for_bit_on_avr(avr, vector):
+    results, clipped = avr.fir(
+        vector.parameter("design"), vector.parameter("first_counts"), vector["sample_counts"]
+    )
+    assert results == vector["result_counts"]
+    assert clipped == vector.parameter("clipped")
+
+
+@pytest.mark.parametrize("vector", golden("weight_kf"), ids=str)
+def test_weight_kf_reproduces_vector_bit_for_bit_on_avr(avr, vector):
+    estimates, clipped = avr.weight_kf(
+        vector.parameter("schedule"), vector.parameter("first_counts"), vector["measured_counts"]
+    )
+    assert estimates == vector["estimate_counts_q7"]
+    assert clipped == vector.parameter("clipped")
+
+
+@pytest.mark.parametrize("vector", golden("mass"), ids=str)
+def test_mass_reproduces_vector_bit_for_bit_on_avr(avr, vector):
+    masses_mg = [
+        avr.mass_mg(net, span)
+        for net, span in zip(vector["net_counts_q7"], vector["span_ug_per_count_q16"], strict=True)
+    ]
+    assert masses_mg == vector["mass_mg"]
+
+
+@pytest.mark.parametrize("vector", golden("frame_encode"), ids=str)
+def test_frame_encode_gives_the_vectors_bytes_on_avr(avr, vector):
+    frames = zip(
+        vector["id"], vector["sequence"], vector["device_us"], vector["payload_hex"], strict=True
+    )
+    assert [avr.encode(*frame) for frame in frames] == vector["wire_hex"]
+
+
+@pytest.mark.parametrize("vector", golden("frame_decode"), ids=str)
+def test_frame_decode_says_what_the_vector_says_on_avr(avr, vector):
+    answers = [avr.decode(wire) for wire in vector["wire_hex"]]
+    assert [bytes(statuses) for statuses, _ in answers] == vector["status_hex"]
+    assert [body for _, body in answers] == vector["body_hex"]
+
+
+@pytest.mark.parametrize("vector", golden("frame_published_cobs"), ids=str)
+def test_frame_decodes_the_published_cobs_packet_on_avr(avr, vector):
+    # The packet is no frame of ours, so its last two bytes are taken for a CRC, which is wrong.
+    for body, coded in zip(vector["body_hex"], vector["coded_hex"], strict=True):
+        _, decoded = avr.decode(coded + b"\x00")
+        assert decoded == body[:-2]
+
+
+@pytest.mark.parametrize("vector", golden("frame_published_crc"), ids=str)
+def test_crc_has_the_published_check_value_on_avr(avr, vector):
+    assert [avr.crc16(data) for data in vector["data_hex"]] == vector["crc"]
+
+
+def test_no_vector_is_left_out():
+    replayed = ("fir_", "weight_kf_", "mass_", "frame_encode", "frame_decode", "frame_published_")
+    assert [path.name for path in FOLDER.glob("*.csv") if not path.name.startswith(replayed)] == []
