@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""Cycles, interrupts-off windows, load and painted stack of the firmware while it weighs.
+
+The image runs in the virtual Uno, which counts every cycle; nothing is instrumented, so what is
+measured is what ships. The load swings from rail to rail now and then, so that the clamps are
+taken as well as the usual path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from virtual_uno import Uno
+from virtual_uno.uno import RAM_END
+
+RATE_SPS = 80.0
+WARM_UP_S = 1.5  # settling and the first STATUS
+RUN_S = 12.0
+STEP_S = 1.0
+READ_FUNCTION = "hx711_read"
+
+# Figure -> function of the image. What one call does is said in its header.
+FUNCTIONS = {
+    "hx711_read": READ_FUNCTION,
+    "fir32_generic": "fir_update",
+    "weight_kf_constant": "weight_kf_update",
+    "mass": "mass_from_counts",
+    "frame_encode": "frame_encode",
+}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one scenario cost."""
+
+    cpu_load: float  # 0..1, share of cycles awake
+    cycles: dict[str, int]  # the longest call of each function
+    isr_cycles_max: int
+    irq_off_cycles_max: int  # outside handlers and outside the read
+    irq_off_where: str
+    hx711_irq_off_cycles_max: int
+    stack_painted_bytes: int
+
+
+def load_counts(t_s: np.ndarray) -> np.ndarray:
+    """A swinging load that stands on each rail once in five seconds."""
+    swing = 4e6 * np.sin(2 * np.pi * 0.7 * t_s)
+    jolt = np.select([t_s % 5 < 0.1, t_s % 5 > 4.9], [2.0**24, -(2.0**24)], default=0.0)
+    return swing + jolt
+
+
+def stream_frames(uno: Uno) -> None:
+    uno.run(RUN_S)
+
+
+def stream_text(uno: Uno) -> None:
+    uno.uart.write(b"text\n")
+    uno.run(RUN_S)
+
+
+def exercise(uno: Uno) -> None:
+    """Commands, noise on the line and a converter that goes away: the paths off the usual one."""
+    for words in (b"info\n", b"tare\n", b"nonsense\n", b"\x00noise\x00" * 4, b"text\ninfo\n"):
+        uno.uart.write(words)
+        uno.run(STEP_S)
+    uno.fault("dout_high")
+    uno.run(STEP_S)
+    uno.clear_faults()
+    uno.run(STEP_S)
+    uno.uart.write(b"frames\n")
+    uno.run(STEP_S)
+
+
+# The name of a scenario is its key in cpu_load.
+SCENARIOS: dict[str, Callable[[Uno], None]] = {
+    "weighing_80sps": stream_frames,
+    "weighing_80sps_text": stream_text,
+    "exercise": exercise,
+}
+
+
+def run_scenario(elf: Path, scenario: Callable[[Uno], None]) -> Run:
+    uno = Uno(elf, rate_sps=RATE_SPS, noise_counts=40.0)
+    uno.load(counts=load_counts)
+    uno.run(WARM_UP_S)
+    uno.paint_stack()
+    with uno.profile(FUNCTIONS.values()) as profile:
+        scenario(uno)
+    figures = profile.figures
+    reads, others = [], []  # the longest come first
+    for window in figures.windows:
+        inside_read = window.begin.split("+")[0] == READ_FUNCTION
+        (reads if inside_read else others).append(window)
+    return Run(
+        cpu_load=figures.cpu_load,
+        cycles={key: figures.functions[name].max_cycles for key, name in FUNCTIONS.items()},
+        isr_cycles_max=max(cost.max_cycles for cost in figures.handlers.values()),
+        irq_off_cycles_max=others[0].max_cycles,
+        irq_off_where=others[0].begin,
+        hx711_irq_off_cycles_max=reads[0].max_cycles,
+        stack_painted_bytes=RAM_END + 1 - uno.symbol("_end") - uno.stack_free(),
+    )
