@@ -23,7 +23,15 @@ CORE = PACKAGE / "core"
 BUILD = PACKAGE.parents[1] / ".build" / "bench"
 MODULE = "_virtual_uno"
 CFLAGS = ["-O2", "-fPIC", "-std=gnu11", "-isystem", "/usr/include/simavr"]
-WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror"]
+WARNINGS = [
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Wdouble-promotion",
+    "-Wmissing-prototypes",
+    "-Werror",
+]
 CALLBACK = """
 extern "Python" void virtual_uno_source(void *, const uint64_t *, double *, uint32_t);
 """

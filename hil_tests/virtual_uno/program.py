@@ -82,7 +82,9 @@ def read_hex(path):
             base = (data[0] << 8 | data[1]) << 16
     for address, data in pieces:
         if address + len(data) > FLASH_SIZE:
-            raise ValueError(f"{path}: 0x{address:x} is outside the flash")
+            raise ValueError(
+                f"{path}: {len(data)} bytes at 0x{address:x} reach past the end of the flash"
+            )
     return pieces
 
 

@@ -61,3 +61,7 @@ class Uart:
     def discard(self):
         """Forget what has arrived."""
         lib.uno_uart_discard(self._core)
+
+    def cancel(self):
+        """Forget what the host has still to send."""
+        lib.uno_uart_cancel(self._core)

@@ -104,7 +104,6 @@ class Uno:
         self.eeprom = Eeprom(self.core)
         self.program = None
         self._counts_at = None
-        self._first_record = 0
         if program is not None:
             self.load_program(program)
         if boot is not None:
@@ -262,7 +261,16 @@ class Uno:
     @property
     def conversions(self):
         """The HX711's own truth: one CONVERSION record for each since construction."""
-        records = hx711.read_records(lib.uno_hx711(self.core))
+        return self.conversions_since(0)
+
+    @property
+    def conversion_count(self):
+        """How many there have been since construction."""
+        return lib.hx711_record_count(lib.uno_hx711(self.core))
+
+    def conversions_since(self, first):
+        """The same from index ``first`` on."""
+        records = hx711.read_records(lib.uno_hx711(self.core), first)
         out = np.empty(len(records), CONVERSION)
         out["cycle"] = records["tick"]
         out["time_s"] = records["tick"] / CLOCK_HZ

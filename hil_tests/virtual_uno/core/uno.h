@@ -149,7 +149,9 @@ uint32_t uno_uart_backlog(const uno_t *uno);
 uint32_t uno_uart_available(const uno_t *uno);
 /* Each byte with the cycle at which its stop bit ended; returns how many were given. */
 uint32_t uno_uart_read(uno_t *uno, uint8_t *bytes, uint64_t *cycles, uint32_t n);
-void     uno_uart_discard(uno_t *uno);
+/* Forgets what has arrived at the host; what the host has still to send. */
+void uno_uart_discard(uno_t *uno);
+void uno_uart_cancel(uno_t *uno);
 
 /* A register-file device on the two-wire bus, for tests: `regs` 256 bytes, address 7 bits. */
 void uno_twi_attach_registers(uno_t *uno, uint8_t address);

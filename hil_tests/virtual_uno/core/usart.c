@@ -23,40 +23,7 @@ enum {
     UDRIE = 0x20,
     RXEN  = 0x10,
     TXEN  = 0x08,
-
-    FRAME_BITS       = 10,
-    RESAMPLED_MAX    = 16, /* bytes that a fast receiver can make of one slow byte */
-    QUEUE_FIRST_ROOM = 4096
 };
-
-/* --- queues --- */
-
-static bool queue_put(usart_queue_t *q, uint8_t byte, uint64_t cycle, bool stamped)
-{
-    if (q->head == q->room) {
-        const uint32_t room   = q->room ? 2U * q->room : QUEUE_FIRST_ROOM;
-        uint8_t       *bytes  = realloc(q->bytes, room);
-        uint64_t      *cycles = NULL;
-
-        if (!bytes) { return false; }
-        q->bytes = bytes;
-        if (stamped) {
-            cycles = realloc(q->cycles, room * sizeof *cycles);
-            if (!cycles) { return false; }
-            q->cycles = cycles;
-        }
-        q->room = room;
-    }
-    q->bytes[q->head] = byte;
-    if (stamped) { q->cycles[q->head] = cycle; }
-    q->head++;
-    return true;
-}
-
-static void queue_rewind_if_empty(usart_queue_t *q)
-{
-    if (q->tail == q->head) { q->tail = q->head = 0; }
-}
 
 /* --- the wire --- */
 
@@ -69,7 +36,7 @@ static double device_bit_cycles(const avr_t *avr)
 
 static uint64_t device_byte_cycles(const avr_t *avr)
 {
-    return (uint64_t)(FRAME_BITS * device_bit_cycles(avr));
+    return (uint64_t)(USART_FRAME_BITS * device_bit_cycles(avr));
 }
 
 static double host_bit_cycles(const usart_t *usart)
@@ -77,48 +44,12 @@ static double host_bit_cycles(const usart_t *usart)
     return UNO_CLOCK_HZ / usart->host_baud;
 }
 
-/* Level of a frame of `byte` sent with bit time `bit`, at time `at`; idle high outside. */
-static uint8_t frame_level(uint8_t byte, double bit, double at)
-{
-    const int32_t i = (int32_t)(at / bit);
-
-    if (at < 0.0 || i >= FRAME_BITS - 1) { return 1; } /* idle or stop bit */
-    return i == 0 ? 0 : (uint8_t)((byte >> (i - 1)) & 1U);
-}
-
-/* What a receiver with bit time `to` makes of one frame sent with bit time `from`.
- * Sampling starts at each falling edge that finds the receiver idle. */
-static uint32_t resample(uint8_t byte, double from, double to, uint8_t *bytes, uint8_t *errors)
-{
-    uint32_t n     = 0;
-    double   start = 0.0;
-
-    while (n < RESAMPLED_MAX) {
-        uint8_t got = 0;
-        for (int32_t i = 0; i < 8; i++) {
-            got |= (uint8_t)(frame_level(byte, from, start + (i + 1.5) * to) << i);
-        }
-        bytes[n]  = got;
-        errors[n] = frame_level(byte, from, start + 9.5 * to) ? 0 : FE;
-        n++;
-        /* the next falling edge of this frame after the stop bit was sampled */
-        int32_t edge = (int32_t)((start + 9.5 * to) / from) + 1;
-        while (edge < FRAME_BITS - 1 && !(frame_level(byte, from, (edge - 0.5) * from) == 1 &&
-                                          frame_level(byte, from, (edge + 0.5) * from) == 0)) {
-            edge++;
-        }
-        if (edge >= FRAME_BITS - 1) { break; }
-        start = edge * from;
-    }
-    return n;
-}
-
 static void wire_to_vcd(uno_t *uno, uint8_t signal, uint8_t byte, uint64_t start, double bit)
 {
     if (!uno->vcd.on) { return; }
-    for (int32_t i = 0; i < FRAME_BITS; i++) {
+    for (int32_t i = 0; i < USART_FRAME_BITS; i++) {
         vcd_put(&uno->vcd, signal, start + (uint64_t)(i * bit),
-                frame_level(byte, bit, (i + 0.5) * bit));
+                usart_wire_level(byte, bit, (i + 0.5) * bit));
     }
 }
 
@@ -169,12 +100,12 @@ static avr_cycle_count_t tx_done(avr_t *avr, avr_cycle_count_t when, void *param
 {
     uno_t   *uno   = param;
     usart_t *usart = &uno->usart;
-    uint8_t  bytes[RESAMPLED_MAX], errors[RESAMPLED_MAX];
+    uint8_t  bytes[USART_RESAMPLED_MAX], errors[USART_RESAMPLED_MAX];
 
-    const uint32_t n = resample(usart->tx_shift, device_bit_cycles(avr), host_bit_cycles(usart),
-                                bytes, errors);
+    const uint32_t n = usart_wire_resample(usart->tx_shift, device_bit_cycles(avr),
+                                           host_bit_cycles(usart), bytes, errors);
     for (uint32_t i = 0; i < n; i++) {
-        queue_put(&usart->to_host, bytes[i], when, true);
+        usart_queue_put(&usart->to_host, bytes[i], when, true);
         if (errors[i]) { uno->stats.tx_framing_errors++; }
     }
     uno->stats.tx_bytes++;
@@ -267,19 +198,19 @@ static avr_cycle_count_t rx_done(avr_t *avr, avr_cycle_count_t when, void *param
     const double   bit   = host_bit_cycles(usart);
 
     if (avr->data[UCSRB_ADDR] & RXEN) {
-        uint8_t        bytes[RESAMPLED_MAX], errors[RESAMPLED_MAX];
-        const uint32_t n = resample(byte, bit, device_bit_cycles(avr), bytes, errors);
+        uint8_t        bytes[USART_RESAMPLED_MAX], errors[USART_RESAMPLED_MAX];
+        const uint32_t n = usart_wire_resample(byte, bit, device_bit_cycles(avr), bytes, errors);
 
         for (uint32_t i = 0; i < n; i++) { rx_put(uno, bytes[i], errors[i]); }
         refresh(uno);
     }
-    queue_rewind_if_empty(queue);
+    usart_queue_rewind(queue);
     if (queue->tail == queue->head) {
         usart->line_busy = false;
         return 0;
     }
     wire_to_vcd(uno, VCD_RX, queue->bytes[queue->tail], when, bit);
-    return when + (uint64_t)(FRAME_BITS * bit);
+    return when + (uint64_t)(USART_FRAME_BITS * bit);
 }
 
 static void line_start(uno_t *uno)
@@ -291,7 +222,7 @@ static void line_start(uno_t *uno)
     usart->line_busy = queue->tail != queue->head;
     if (!usart->line_busy) { return; }
     wire_to_vcd(uno, VCD_RX, queue->bytes[queue->tail], uno->avr->cycle, bit);
-    avr_cycle_timer_register(uno->avr, (uint64_t)(FRAME_BITS * bit), rx_done, uno);
+    avr_cycle_timer_register(uno->avr, (uint64_t)(USART_FRAME_BITS * bit), rx_done, uno);
 }
 
 /* --- control registers --- */
@@ -369,7 +300,8 @@ void uno_uart_host_baud(uno_t *uno, double baud)
 
 void uno_uart_write(uno_t *uno, const uint8_t *bytes, uint32_t n)
 {
-    for (uint32_t i = 0; i < n; i++) { queue_put(&uno->usart.to_device, bytes[i], 0, false); }
+    usart_queue_compact(&uno->usart.to_device);
+    for (uint32_t i = 0; i < n; i++) { usart_queue_put(&uno->usart.to_device, bytes[i], 0, false); }
     if (!uno->usart.line_busy) { line_start(uno); }
 }
 
@@ -393,11 +325,19 @@ uint32_t uno_uart_read(uno_t *uno, uint8_t *bytes, uint64_t *cycles, uint32_t n)
         bytes[given]  = queue->bytes[queue->tail++];
         given++;
     }
-    queue_rewind_if_empty(queue);
+    usart_queue_rewind(queue);
     return given;
 }
 
 void uno_uart_discard(uno_t *uno)
 {
     uno->usart.to_host.tail = uno->usart.to_host.head = 0;
+}
+
+void uno_uart_cancel(uno_t *uno)
+{
+    usart_queue_t *queue = &uno->usart.to_device;
+
+    /* the byte on the wire, if any, still arrives */
+    if (queue->head > queue->tail) { queue->head = queue->tail + (uno->usart.line_busy ? 1U : 0U); }
 }

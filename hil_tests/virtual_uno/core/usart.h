@@ -18,6 +18,11 @@
 
 struct uno;
 
+enum {
+    USART_FRAME_BITS    = 10,
+    USART_RESAMPLED_MAX = 16 /* bytes that a fast receiver can make of one slow byte */
+};
+
 typedef struct {
     uint8_t  *bytes;
     uint64_t *cycles; /* NULL where no stamps are kept */
@@ -42,5 +47,21 @@ typedef struct {
 void usart_init(struct uno *uno);
 void usart_free(usart_t *usart);
 void usart_after_reset(struct uno *uno);
+
+/* --- usart_wire.c: queues and the waveform --- */
+
+/* False when out of memory: the byte is lost. */
+bool usart_queue_put(usart_queue_t *q, uint8_t byte, uint64_t cycle, bool stamped);
+void usart_queue_rewind(usart_queue_t *q);
+/* A sender that never lets the queue run empty must not make it grow without end. */
+void usart_queue_compact(usart_queue_t *q);
+
+/* Level of a frame of `byte` sent with bit time `bit`, at time `at`; idle high outside. */
+uint8_t usart_wire_level(uint8_t byte, double bit, double at);
+
+/* What a receiver with bit time `to` makes of one frame sent with bit time `from`: at most
+ * USART_RESAMPLED_MAX bytes, each with 0 or the FE bit of UCSR0A; returns how many. Sampling
+ * starts at each falling edge that finds the receiver idle. */
+uint32_t usart_wire_resample(uint8_t byte, double from, double to, uint8_t *bytes, uint8_t *errors);
 
 #endif

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Offer a simulated Uno on a pseudo-terminal; its path is the first line printed.
+
+Open that path as the serial port of a real board: pyserial, avrdude, the Arduino IDE. Opening
+it resets the chip and starts the scenario anew. Ctrl-C or SIGTERM ends it.
+"""
+
+import argparse
+import contextlib
+import os
+import pathlib
+import signal
+import sys
+
+EXIT_USAGE = 2
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="python -m virtual_uno", description=__doc__)
+    parser.add_argument("--elf", help="program to run, ELF or Intel HEX")
+    parser.add_argument(
+        "--boot", metavar="HEX", help="boot loader; the word optiboot builds and takes that one"
+    )
+    parser.add_argument(
+        "--flash-image",
+        metavar="HEX",
+        help="flash contents: read at the start if the file exists, written at the end",
+    )
+    parser.add_argument("--link", metavar="PATH", help="symbolic link to the pseudo-terminal")
+    parser.add_argument(
+        "--speed", type=float, default=1.0, help="simulated seconds a second; 0 = all it can"
+    )
+    parser.add_argument("--rate", type=float, default=80.0, help="conversions a second")
+    parser.add_argument("--jitter", type=float, default=0.0, metavar="S", help="rms, seconds")
+    parser.add_argument("--noise", type=float, default=0.0, metavar="COUNTS", help="rms, counts")
+    parser.add_argument("--seed", type=int, default=1, help="of noise, jitter and SRAM contents")
+    parser.add_argument(
+        "--scenario",
+        default="0",
+        metavar="WHAT",
+        help="FILE.npz, module:function (seconds since reset to grams) or grams",
+    )
+    parser.add_argument("--truth", metavar="CSV", help="write t_s, load_g, counts of conversions")
+    parser.add_argument("--vcd", metavar="FILE", help="record SCK, DOUT, TX and RX")
+    parser.add_argument("--seconds", type=float, help="end after so many simulated seconds")
+    return parser
+
+
+def _put_link(path, target):
+    """A symbolic link, put in place at once; never over anything that is not a link."""
+    path = pathlib.Path(path)
+    if path.exists() and not path.is_symlink():
+        raise OSError(f"{path} exists and is no link")
+    fresh = path.with_name(f".{path.name}.{os.getpid()}")
+    fresh.symlink_to(target)
+    os.replace(fresh, path)
+
+
+def _take_link(path, target):
+    with contextlib.suppress(OSError):
+        if os.readlink(path) == target:
+            os.unlink(path)
+
+
+def _make_uno(options, scenario):
+    from virtual_uno.optiboot import optiboot_hex
+    from virtual_uno.program import read_hex
+    from virtual_uno.uno import Uno
+
+    uno = Uno(
+        options.elf,
+        boot=optiboot_hex() if options.boot == "optiboot" else options.boot,
+        rate_sps=options.rate,
+        jitter_s=options.jitter,
+        noise_counts=options.noise,
+        seed=options.seed,
+    )
+    if options.flash_image and os.path.exists(options.flash_image):
+        for address, data in read_hex(options.flash_image):
+            uno.load_flash(address, data)
+    uno.load(grams=scenario.load_g)
+    return uno
+
+
+def _serve(options, stack):
+    from virtual_uno.bridge import Bridge
+    from virtual_uno.program import write_hex
+    from virtual_uno.scenario import read_scenario
+    from virtual_uno.truth import TruthFile
+
+    scenario = read_scenario(options.scenario)
+    uno = _make_uno(options, scenario)
+    truth = TruthFile(options.truth, uno, scenario) if options.truth else None
+    bridge = Bridge(
+        uno,
+        on_reset=truth and truth.restart,
+        on_slice=truth and truth.write,
+    )
+    stack.callback(bridge.close)
+    if truth:
+        stack.callback(truth.close)
+    if options.flash_image:
+        stack.callback(lambda: write_hex(options.flash_image, uno.flash))
+    if options.vcd:
+        stack.enter_context(uno.vcd(options.vcd))
+    if options.link:
+        _put_link(options.link, bridge.path)
+        stack.callback(_take_link, options.link, bridge.path)
+    signal.signal(signal.SIGTERM, bridge.stop)
+    signal.signal(signal.SIGINT, bridge.stop)
+    print(bridge.path, flush=True)
+    bridge.run(options.speed, options.seconds)
+    stats = uno.stats
+    print(
+        f"virtual Uno: {uno.seconds:.2f} s simulated, {bridge.resets} opened, "
+        f"{stats['watchdog_resets']} watchdog resets, {stats['tx_bytes']} bytes sent, "
+        f"{stats['hx711']['conversions']} conversions",
+        file=sys.stderr,
+    )
+
+
+def main(arguments=None):
+    """Run the program; returns its exit code."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if not (options.elf or options.boot or options.flash_image):
+        parser.error("nothing to run: give --elf, --boot or --flash-image")
+    if options.speed < 0 or (options.seconds is not None and options.seconds <= 0):
+        parser.error("--speed must not be negative and --seconds must be positive")
+    try:
+        with contextlib.ExitStack() as stack:
+            _serve(options, stack)
+    except (OSError, ValueError, ImportError) as error:
+        print(f"virtual Uno: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except RuntimeError as error:
+        print(f"virtual Uno: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
