@@ -48,7 +48,7 @@ int32_t mass_from_counts(int32_t net_counts_q7, uint32_t span_ug_per_count_q16)
     product.low += half;
     product.high += product.low < half ? 1U : 0U; /* no overflow: 2^63 + 2^32 < 2^64 */
 
-    /* Floor division by 2^26, that is, three bytes and two bits, leaves 38 bits: six in `top` ... */
+    /* Floor division by 2^26, three bytes and two bits, leaves 38 bits: six in `top` ... */
     const uint8_t upper = (uint8_t)(product.high >> 24);
     const uint8_t top   = upper >> 2;
     uint32_t      rest  = product.high << 8 | product.low >> 24;
