@@ -38,17 +38,34 @@ STAGES = (
     ),
     Stage(
         "host",
-        "the host package and shared_c on this machine",
-        pytest("host", "host", "--cov=terazi", "--cov-branch", "--cov-report=term"),
+        "the host package, and shared_c on this machine",
+        pytest("host", "host", "--cov", "--cov-report=term"),
+    ),
+    Stage(
+        "sanitized",
+        "shared_c again, where undefined behaviour ends the run",
+        pytest("sanitized", "host/tests/shared_c", "--sanitized"),
     ),
     Stage(
         "hil",
-        "the whole system on the virtual Uno, vectors inside the AVR binary",
+        "the whole system on the virtual Uno, vectors inside the AVR binary, flashing",
         pytest("hil", "hil_tests", "--uno=virtual"),
+    ),
+    Stage(
+        "port",
+        "the cases through a serial port, on a virtual board that stands for a real one",
+        lambda results: [
+            python("-m", "tools.checks.second_board", f"--junitxml={results / 'port.xml'}")
+        ],
     ),
     Stage(
         "pio",
         "PlatformIO builds the firmware without its registry",
         lambda _: [python("tools/flash/setup_platformio.py", "run", "-e", "uno-system")],
+    ),
+    Stage(
+        "budget",
+        "the image costs no more than firmware/budget.toml allows",
+        lambda _: [python("-m", "tools.measure")],
     ),
 )
