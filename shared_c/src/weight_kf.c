@@ -5,10 +5,12 @@
 #include "port_assert.h"
 #include "port_rom.h"
 
-/* Multiplied, not shifted: a left shift of a negative is undefined. |counts| <= 2^23 */
+/* counts * 2^7, for -2^23 <= counts < 2^23. Up by a byte, which still fits in 32 bits, and down by
+ * a bit: avr-gcc makes a loop of a shift by seven. */
 static int32_t counts_to_q7(int32_t counts)
 {
-    return counts * ((int32_t)1 << WEIGHT_KF_FRACTION_BITS);
+    _Static_assert(WEIGHT_KF_FRACTION_BITS == 7, "a byte less a bit");
+    return (counts * 256) >> 1;
 }
 
 void weight_kf_init(weight_kf_t *kf, const weight_kf_config_t *config, int32_t first_counts)
