@@ -14,6 +14,7 @@ checks every one of them against the code.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import hashlib
 import os
 import re
@@ -37,6 +38,7 @@ OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]
 # cffi's own code for the address of a const struct; our C meets -Wall and more in tools/checks.
 OPTIMISE.append("-Wno-discarded-qualifiers")
 SANITIZE = ["-g", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-fno-wrapv", "-UNDEBUG"]
+COVERAGE = ["--coverage", "-O0"]  # optimised code has other branches than the source
 
 
 def _readable(header: str) -> str:
@@ -77,15 +79,25 @@ def fingerprint(sanitize: bool) -> str:
     return digest.hexdigest()
 
 
-def build(target: Path, *, sanitize: bool = False) -> Path:
-    """Compile the extension into the folder target; gives the file."""
+def build(target: Path, *, sanitize: bool = False, coverage: Path | None = None) -> Path:
+    """Compile the extension into the folder target; gives the file.
+
+    coverage : compile there, counting branches; the counts and the sources stay in that folder.
+    """
     from cffi import FFI  # a build requirement, so only here
 
     ffi = FFI()
     ffi.cdef(declarations())
     headers = (*PUBLIC_HEADERS, *GENERATED_HEADERS, "blocks.h")
     windows = os.name == "nt"
-    with tempfile.TemporaryDirectory(prefix="cshared-") as scratch:
+    compile_args = OPTIMISE + (SANITIZE if sanitize else []) + (COVERAGE if coverage else [])
+    link_args = ["-fsanitize=undefined"] if sanitize else []
+    with contextlib.ExitStack() as stack:
+        if coverage:
+            coverage.mkdir(parents=True, exist_ok=True)
+            scratch, link_args = str(coverage), [*link_args, "--coverage"]
+        else:
+            scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cshared-"))
         # Relative source paths keep objects inside the scratch folder; setuptools would else
         # rebuild the absolute path below it.
         sources = []
@@ -98,8 +110,8 @@ def build(target: Path, *, sanitize: bool = False) -> Path:
             "".join(f'#include "{name}"\n' for name in headers),
             sources=sources,
             include_dirs=[str(folder) for folder in include_dirs()],
-            extra_compile_args=[] if windows else OPTIMISE + (SANITIZE if sanitize else []),
-            extra_link_args=["-fsanitize=undefined"] if sanitize else [],
+            extra_compile_args=[] if windows else compile_args,
+            extra_link_args=link_args,
         )
         before = Path.cwd()
         os.chdir(scratch)
@@ -109,7 +121,7 @@ def build(target: Path, *, sanitize: bool = False) -> Path:
             os.chdir(before)
         target.mkdir(parents=True, exist_ok=True)
         # Put in place whole: a running Python may hold the old one.
-        fresh = target / f".{built.name}.new"
+        fresh = target / f".{built.name}.{os.getpid()}"
         shutil.copyfile(built, fresh)
         fresh.replace(target / built.name)
         return target / built.name
@@ -123,9 +135,11 @@ def ensure(*, sanitize: bool = False, force: bool = False) -> Path:
     present = sorted(target.glob(f"{MODULE}.*"))
     if not force and present and stamp.is_file() and stamp.read_text() == wanted:
         return present[0]
-    for stale in present:
-        stale.unlink()
+    # Two processes may build at once, as pytest's workers do: each replaces whole files only.
     built = build(target, sanitize=sanitize)
+    for stale in present:
+        if stale.name != built.name:  # of another interpreter
+            stale.unlink(missing_ok=True)
     stamp.parent.mkdir(parents=True, exist_ok=True)
     stamp.write_text(wanted)
     return built
