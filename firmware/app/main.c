@@ -12,11 +12,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Not more than the buffer holds: a host that never stops must not keep the converter waiting. */
 static void receive(void)
 {
     uint8_t byte;
 
-    while (uart_read(&byte)) { command_receive(byte); }
+    for (uint8_t left = UART_RX_LEN; left != 0U && uart_read(&byte); left--) {
+        command_receive(byte);
+    }
 }
 
 static void weigh(void)

@@ -19,12 +19,9 @@ static bool is_known(const rate_t *rate)
     return rate->intervals >= RATE_START_INTERVALS;
 }
 
-static bool agrees(const rate_t *rate, uint32_t interval_us)
+static bool is_within(uint32_t period_us, uint32_t interval_us, uint32_t tolerance_us)
 {
-    const uint32_t tolerance_us = rate->period_us >> 3;
-
-    return interval_us + tolerance_us >= rate->period_us &&
-           interval_us <= rate->period_us + tolerance_us;
+    return interval_us + tolerance_us >= period_us && interval_us <= period_us + tolerance_us;
 }
 
 bool rate_update(rate_t *rate, uint32_t interval_us)
@@ -33,7 +30,7 @@ bool rate_update(rate_t *rate, uint32_t interval_us)
         start_over(rate, interval_us);
         return false;
     }
-    if (!agrees(rate, interval_us)) {
+    if (!is_within(rate->period_us, interval_us, rate->period_us >> 3)) {
         const bool was_known = is_known(rate);
         const bool shorter   = interval_us < rate->period_us && !was_known;
         rate->refused++;
@@ -79,14 +76,20 @@ uint32_t rate_hz_q16(const rate_t *rate)
     return quotient;
 }
 
-bool rate_on_beat(const rate_t *rate, uint32_t interval_us, uint8_t *missed)
+bool rate_is_next(const rate_t *rate, uint32_t interval_us)
 {
-    *missed = 0;
-    if (!is_known(rate)) { return true; }
-    const uint32_t half_us = rate->period_us / 2U;
-    while (interval_us > rate->period_us + half_us && *missed < UINT8_MAX) {
+    return !is_known(rate) || is_within(rate->period_us, interval_us, rate->period_us >> 6);
+}
+
+uint8_t rate_missed(const rate_t *rate, uint32_t interval_us)
+{
+    uint8_t missed = 0;
+
+    if (!is_known(rate)) { return 0; }
+    const uint32_t limit_us = rate->period_us + rate->period_us / 2U;
+    while (interval_us > limit_us && missed < UINT8_MAX) {
         interval_us -= rate->period_us;
-        (*missed)++;
+        missed++;
     }
-    return agrees(rate, interval_us);
+    return missed;
 }

@@ -34,9 +34,11 @@ bool rate_update(rate_t *rate, uint32_t interval_us);
 uint32_t rate_period_us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
 
-/* False if conversions interval_us apart cannot both be on the converter's beat: then it has
- * started anew in between. Else `missed` is how many were lost between them. While the rate is
- * not known, everything is on the beat. */
-bool rate_on_beat(const rate_t *rate, uint32_t interval_us, uint8_t *missed);
+/* Whether conversions interval_us apart follow one another on the converter's beat: one period
+ * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do. */
+bool rate_is_next(const rate_t *rate, uint32_t interval_us);
+
+/* Conversions missing between two that came interval_us apart; 0 while the rate is not known. */
+uint8_t rate_missed(const rate_t *rate, uint32_t interval_us);
 
 #endif

@@ -16,6 +16,14 @@
 
 #define SECOND_US 1000000UL
 
+enum {
+    FRAME_OVERHEAD = 1 + FRAME_WIRE_MAX - FRAME_PAYLOAD_MAX, /* with a delimiter before it */
+    STREAM_LEAVES  = 0,
+    /* Answers leave room for a STATUS and the longest sample, so that a host that asks without end
+     * cannot keep out what is streamed. */
+    ANSWERS_LEAVE = 32 + TEXT_LINE_MAX
+};
+
 /* The drivers know nothing of the wire; these say that both count alike. */
 _Static_assert((int)HX711_STATE_SETTLING == (int)MESSAGES_CONVERTER_STATE_SETTLING &&
                    (int)HX711_STATE_RUNNING == (int)MESSAGES_CONVERTER_STATE_RUNNING &&
@@ -38,14 +46,26 @@ static uint16_t rx_bad_frames;
 static uint32_t second_us; /* start of the present second */
 static uint32_t uptime_s;
 static uint16_t cpu_busy_permille; /* of the last whole second */
+static uint16_t stack_free;        /* as of its end: counting takes too long to do on demand */
 
 void telemetry_init(void)
 {
     stream_mask   = MESSAGES_STREAM_FLAG_SAMPLE | MESSAGES_STREAM_FLAG_STATUS;
+    stack_free    = stack_free_bytes();
     line_is_dirty = true; /* a boot loader may have spoken, or a torn frame before the reset */
 }
 
-static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_t payload_len)
+/* True, and counted, if len bytes and then `leave` more do not fit in the transmit buffer. */
+static bool refuse(uint8_t len, uint8_t leave)
+{
+    const bool full = (uint16_t)len + leave > uart_write_room();
+
+    if (full) { counter_add(&frames_dropped, 1); }
+    return full;
+}
+
+static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_t payload_len,
+                 uint8_t leave)
 {
     uint8_t       wire[1 + FRAME_WIRE_MAX] = {0}; /* a delimiter, if one is needed, goes before */
     const frame_t frame                    = {.id          = id,
@@ -53,24 +73,17 @@ static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_
                                               .device_us   = device_us,
                                               .payload_len = payload_len,
                                               .payload     = payload};
-    const uint8_t len                      = frame_encode(&wire[1], &frame);
-    const bool    sent                     = line_is_dirty ? uart_write(wire, (uint8_t)(len + 1U))
-                                                           : uart_write(&wire[1], len);
+    const uint8_t head                     = line_is_dirty ? 0U : 1U;
 
-    if (sent) {
-        line_is_dirty = false;
-    } else {
-        counter_add(&frames_dropped, 1);
-    }
+    if (refuse((uint8_t)(payload_len + FRAME_OVERHEAD), leave)) { return; }
+    const uint8_t len = (uint8_t)(1U + frame_encode(&wire[1], &frame) - head);
+    line_is_dirty     = !uart_write(&wire[head], len);
 }
 
 static void send_line(const text_line_t *line)
 {
-    if (uart_write((const uint8_t *)line->characters, line->len)) {
-        line_is_dirty = true;
-    } else {
-        counter_add(&frames_dropped, 1);
-    }
+    line_is_dirty = true;
+    uart_write((const uint8_t *)line->characters, line->len);
 }
 
 void telemetry_hello(void)
@@ -91,10 +104,11 @@ void telemetry_hello(void)
                                     .tare_counts_q7        = setup.tare_counts_q7};
     uint8_t                payload[MESSAGES_HELLO_LEN];
 
-    send(MESSAGES_HELLO_ID, ticks_device_us(), payload, messages_hello_pack(payload, &hello));
+    send(MESSAGES_HELLO_ID, ticks_device_us(), payload, messages_hello_pack(payload, &hello),
+         ANSWERS_LEAVE);
 }
 
-void telemetry_status(void)
+static void send_status(uint8_t leave)
 {
     const hx711_counters_t   *converter = hx711_counters();
     const weighing_counters_t chain     = weighing_counters();
@@ -112,18 +126,25 @@ void telemetry_status(void)
                                            .tx_frames_dropped     = frames_dropped,
                                            .rx_overruns           = uart_rx_overruns(),
                                            .rx_bad_frames         = rx_bad_frames,
-                                           .stack_free_bytes      = stack_free_bytes(),
+                                           .stack_free_bytes      = stack_free,
                                            .cpu_busy_permille     = cpu_busy_permille};
     uint8_t                   payload[MESSAGES_STATUS_LEN];
 
-    send(MESSAGES_STATUS_ID, ticks_device_us(), payload, messages_status_pack(payload, &status));
+    send(MESSAGES_STATUS_ID, ticks_device_us(), payload, messages_status_pack(payload, &status),
+         leave);
+}
+
+void telemetry_status(void)
+{
+    send_status(ANSWERS_LEAVE);
 }
 
 void telemetry_ack(const messages_ack_t *ack)
 {
     uint8_t payload[MESSAGES_ACK_LEN];
 
-    send(MESSAGES_ACK_ID, ticks_device_us(), payload, messages_ack_pack(payload, ack));
+    send(MESSAGES_ACK_ID, ticks_device_us(), payload, messages_ack_pack(payload, ack),
+         ANSWERS_LEAVE);
 }
 
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
@@ -131,11 +152,13 @@ void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
     if ((stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) == 0U) { return; }
     if (text_mode) {
         text_line_t line;
+        if (refuse(TEXT_LINE_MAX, STREAM_LEAVES)) { return; }
         text_sample(&line, sample);
         send_line(&line);
     } else {
         uint8_t payload[MESSAGES_SAMPLE_LEN];
-        send(MESSAGES_SAMPLE_ID, device_us, payload, messages_sample_pack(payload, sample));
+        send(MESSAGES_SAMPLE_ID, device_us, payload, messages_sample_pack(payload, sample),
+             STREAM_LEAVES);
     }
 }
 
@@ -146,6 +169,7 @@ static void close_second(uint32_t elapsed_us)
     const uint32_t permille_busy = busy_us / (elapsed_us / 1000U);
 
     cpu_busy_permille = (uint16_t)permille_busy; /* <= 1001 */
+    stack_free        = stack_free_bytes();
     if (uptime_s != UINT32_MAX) { uptime_s++; }
 }
 
@@ -159,13 +183,16 @@ void telemetry_tick(uint32_t now_us)
     closed_us = now_us;
 
     led_set(hx711_state() != HX711_STATE_RUNNING || (uptime_s & 1U) != 0U);
-    if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && !text_mode) { telemetry_status(); }
+    if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && !text_mode) {
+        send_status(STREAM_LEAVES);
+    }
 }
 
 void telemetry_info_lines(void)
 {
     text_line_t line;
 
+    if (refuse(2 * TEXT_LINE_MAX, ANSWERS_LEAVE)) { return; }
     text_version(&line);
     send_line(&line);
     text_converter(&line, hx711_gain(), weighing_rate_hz_q16());
@@ -176,6 +203,7 @@ void telemetry_answer_line(const char *word, uint8_t result)
 {
     text_line_t line;
 
+    if (refuse(TEXT_LINE_MAX, ANSWERS_LEAVE)) { return; }
     text_answer(&line, word, result);
     send_line(&line);
 }

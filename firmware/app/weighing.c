@@ -19,9 +19,9 @@ static weight_kf_t         kf;
 static rate_t              rate;
 static weighing_counters_t counters; /* clipped: of the runs before the present one */
 static bool                primed;   /* the filters hold a run of samples */
-static bool                has_previous;
+static bool                has_beat; /* previous_us is of the conversion just before */
 static uint32_t            previous_us;
-static uint8_t             missed;       /* just before the present conversion */
+static bool                gap;          /* conversions are missing before the next sample */
 static uint16_t            missed_total; /* modulo 65536, unlike the counter */
 static uint32_t            span_ug_per_count_q16;
 static int32_t             tare_counts_q7;
@@ -40,24 +40,31 @@ void weighing_restart(void)
     primed   = false;
 }
 
+static void count_missed(uint8_t missed)
+{
+    if (missed == 0U) { return; }
+    counter_add(&counters.conversions_missed, missed);
+    missed_total = (uint16_t)(missed_total + missed);
+    gap          = true;
+}
+
 bool weighing_time(uint32_t device_us)
 {
     const uint32_t interval_us = device_us - previous_us;
-    bool           on_beat     = true;
+    const bool     had_beat    = has_beat;
 
-    missed = 0;
-    if (has_previous) {
-        on_beat = rate_on_beat(&rate, interval_us, &missed);
-        if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
-    }
-    previous_us  = device_us;
-    has_previous = true;
+    previous_us = device_us;
+    has_beat    = true;
+    if (!had_beat) { return true; }
+    const bool on_beat = rate_is_next(&rate, interval_us);
+    count_missed(rate_missed(&rate, interval_us));
+    if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
     return on_beat;
 }
 
 void weighing_lose_beat(void)
 {
-    has_previous = false;
+    has_beat = false;
 }
 
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
@@ -65,10 +72,9 @@ void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conver
     const int32_t counts = conversion->counts;
     uint8_t       flags  = 0;
 
-    if (missed != 0U) {
+    if (gap) {
         flags |= MESSAGES_SAMPLE_FLAG_GAP;
-        counter_add(&counters.conversions_missed, missed);
-        missed_total = (uint16_t)(missed_total + missed);
+        gap = false;
     }
     if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
         flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;

@@ -4,8 +4,10 @@
  * Model     the first sample after a restart primes both filters and then passes through them like
  *           every other: fir_init(x); f = fir_update(x); weight_kf_init(f); weight_kf_update(f)
  * Formats   as in messages.toml, SAMPLE
- * Bad data  a sample at the converter's rail passes, flagged and counted; single lost conversions
- *           are flagged on the next sample, the filters run on
+ * Bad data  a sample at the converter's rail passes, flagged and counted
+ *           a conversion that is not one period after the one before is not trusted: the chip may
+ *           have started anew, as after a loose contact, and then gives four wrong ones. What was
+ *           lost is counted and flagged on the next sample.
  * Context   main loop.  Cost: firmware/budget.toml
  */
 #ifndef WEIGHING_H
@@ -36,8 +38,8 @@ typedef struct {
 
 void weighing_init(void);
 
-/* Take the time of a conversion, of a dropped one too: this gives the rate. False if it is off the
- * converter's beat and therefore not to be trusted. */
+/* Take the time of a conversion, of a dropped one too: this gives the rate. False if the conversion
+ * is off the converter's beat and therefore not to be trusted. */
 bool weighing_time(uint32_t device_us);
 
 /* The converter was restarted: the next conversion's time says nothing about the rate. */

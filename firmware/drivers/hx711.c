@@ -134,7 +134,7 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
     if ((HX711_PIN & _BV(HX711_DOUT)) != 0U) { /* a spike on the line: the chip is at work */
         count(&counters.bad_frames);
         rearm();
-        return HX711_BAD_FRAME;
+        return HX711_NOTHING;
     }
     const bool     intact = hx711_read(&conversion->counts, extra_pulses);
     const uint32_t now_us = ticks_device_us();

@@ -29,7 +29,7 @@ typedef enum {
 } hx711_gain_t;
 
 typedef enum {
-    HX711_NOTHING,    /* the converter is at work */
+    HX711_NOTHING,    /* the converter is at work, whatever noise the line makes */
     HX711_CONVERSION, /* the out-parameter is filled */
     HX711_DROPPED,    /* settling: its time is good, its counts are not */
     HX711_BAD_FRAME,  /* refused; after a restart the converter settles */
