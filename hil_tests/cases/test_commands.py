@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""Commands by frame: done, answered, or refused by name and then without effect."""
+
+import random
+
+import pytest
+
+from boards import RawCommand
+from terazi.cshared import encode_frame, mass_mg_block
+from terazi.link.generated.messages import (
+    Ack,
+    GetInfo,
+    Hello,
+    Result,
+    Sample,
+    SetStream,
+    SetTextMode,
+    Status,
+    StreamFlag,
+    Tare,
+)
+
+REFUSED = [
+    (RawCommand(0x99), Result.UNKNOWN_COMMAND),
+    (RawCommand(0x00), Result.UNKNOWN_COMMAND),
+    (RawCommand(Hello.ID, bytes(Hello.LEN)), Result.UNKNOWN_COMMAND),
+    (RawCommand(Sample.ID), Result.UNKNOWN_COMMAND),
+    (RawCommand(GetInfo.ID, b"\0"), Result.WRONG_LENGTH),
+    (RawCommand(Tare.ID, b"\0"), Result.WRONG_LENGTH),
+    (RawCommand(SetStream.ID), Result.WRONG_LENGTH),
+    (RawCommand(SetStream.ID, b"\0\0"), Result.WRONG_LENGTH),
+    (RawCommand(SetStream.ID, bytes(48)), Result.WRONG_LENGTH),
+    (RawCommand(SetTextMode.ID), Result.WRONG_LENGTH),
+    (RawCommand(SetTextMode.ID, b"\1\1"), Result.WRONG_LENGTH),
+    (RawCommand(SetStream.ID, b"\4"), Result.OUT_OF_RANGE),
+    (RawCommand(SetStream.ID, b"\xff"), Result.OUT_OF_RANGE),
+    (RawCommand(SetTextMode.ID, b"\2"), Result.OUT_OF_RANGE),
+]
+
+
+def kinds(received):
+    return {type(one.message) for one in received}
+
+
+def test_get_info_is_answered_by_ack_hello_and_status_in_this_order(uno):
+    uno.link.hello()
+    uno.link.command(SetStream(mask=0))
+    uno.wait(0.1)
+    uno.link.send(GetInfo())
+    answered = [type(one.message) for one in uno.wait(0.3)]
+    assert answered == [Ack, Hello, Status]
+
+
+@pytest.mark.parametrize("mask", [StreamFlag(n) for n in range(4)], ids=str)
+def test_the_stream_mask_chooses_what_comes_unasked(uno, mask):
+    uno.link.hello()
+    uno.link.command(SetStream(mask=mask))
+    uno.wait(0.1)
+    wanted = {
+        kind
+        for flag, kind in ((StreamFlag.SAMPLE, Sample), (StreamFlag.STATUS, Status))
+        if flag in mask
+    }
+    assert kinds(uno.wait(1.6)) == wanted
+
+
+@pytest.mark.parametrize(("command", "result"), REFUSED, ids=str)
+def test_a_bad_command_is_refused_by_name_and_changes_nothing(uno, command, result):
+    before = uno.link.hello()
+    uno.samples(1)
+    ack = uno.link.request(command)
+    assert (ack.command, ack.result) == (command.ID, result)
+    assert kinds(uno.wait(1.3)) >= {Sample, Status}, "the streams must go on as they were"
+    uno.link.stream.hello = None
+    uno.link.command(GetInfo())
+    after = uno.link.hello()
+    unchanged = ("tare_counts_q7", "span_ug_per_count_q16", "gain", "reset_cause")
+    assert all(getattr(after, name) == getattr(before, name) for name in unchanged)
+
+
+def test_every_ack_bears_the_sequence_of_its_command(uno):
+    uno.link.hello()
+    uno.link.command(SetStream(mask=0))
+    uno.wait(0.1)
+    sent = [uno.link.send(RawCommand(0x60 + n)) for n in range(5)]
+    acks = [one.message for one in uno.wait(0.5)]
+    assert [ack.command_sequence for ack in acks] == sent
+    assert [ack.command for ack in acks] == [0x60 + n for n in range(5)]
+
+
+def test_a_tare_before_the_first_sample_is_refused(uno):
+    uno.truth("be asked surely before its first conversion has settled")
+    uno.link.hello()
+    assert uno.link.request(Tare()).result == Result.WRONG_STATE
+    uno.samples(1)
+    assert uno.link.request(Tare()).result == Result.OK
+
+
+@pytest.mark.board(noise_counts=38.7)
+def test_tare_takes_the_present_estimate_as_zero(uno):
+    uno.link.hello()
+    seen = uno.samples(60)
+    uno.link.command(Tare())
+    uno.link.stream.hello = None
+    uno.link.command(GetInfo())
+    hello = uno.link.hello()
+    later = uno.samples(40)
+    estimates = [one.message.kf_counts_q7 for one in seen[-1:] + later]
+    assert hello.tare_counts_q7 != 0
+    assert min(estimates) - 2000 <= hello.tare_counts_q7 <= max(estimates) + 2000
+    samples = [one.message for one in later[-20:]]
+    told = [sample.mass_mg for sample in samples]
+    computed = mass_mg_block(
+        [sample.kf_counts_q7 for sample in samples],
+        hello.tare_counts_q7,
+        hello.span_ug_per_count_q16,
+    )
+    assert told == list(computed)
+
+
+def test_a_tare_of_a_load_makes_it_weigh_nothing(uno):
+    uno.link.hello()
+    uno.load(grams=1500.0)
+    uno.samples(300)
+    uno.link.command(Tare())
+    uno.wait(0.1)
+    uno.load(grams=1750.0)
+    last = uno.samples(400)[-1].message
+    assert abs(last.mass_mg - 250_000) < 50
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_garbage_on_the_line_is_counted_and_survived(uno, seed):
+    uno.link.hello()
+    uno.wait(0.5)
+    before = uno.link.status()
+    noise = random.Random(seed).randbytes(2000)
+    uno.write(noise)
+    uno.wait(0.5)
+    after = uno.link.status()
+    assert after.rx_bad_frames > before.rx_bad_frames
+    assert after.uptime_s >= before.uptime_s, "it must not have restarted"
+    assert uno.link.stream.frames_lost == 0
+    assert uno.link.stream.frames_bad == 0
+    uno.samples(10)
+
+
+def test_a_torn_frame_costs_only_itself(uno):
+    uno.link.hello()
+    uno.link.command(SetStream(mask=0))
+    before = uno.link.status().rx_bad_frames
+    whole = encode_frame(GetInfo.ID, 77, 0, b"")
+    uno.write(b"\0" + whole[:5] + b"\0" + whole)
+    answers = [one.message for one in uno.wait(0.3)]
+    assert [ack.command_sequence for ack in answers if isinstance(ack, Ack)][-1] == 77
+    assert uno.link.status().rx_bad_frames == before + 1
+
+
+def test_a_frame_with_one_bit_wrong_is_not_obeyed(uno):
+    uno.link.hello()
+    uno.link.command(SetStream(mask=3))
+    good = bytearray(encode_frame(SetStream.ID, 5, 0, b"\0"))
+    for place in range(len(good) - 1):
+        for bit in range(8):
+            bad = bytearray(good)
+            bad[place] ^= 1 << bit
+            uno.write(b"\0" + bytes(bad) + b"\0")
+    uno.wait(3.0)
+    assert kinds(uno.wait(1.3)) == {Sample, Status}
