@@ -46,10 +46,13 @@ void core_hook(uno_t *uno, uint16_t addr, avr_io_read_t read, avr_io_write_t wri
     avr->io[AVR_DATA_TO_IO(addr)].w.param = uno;
 }
 
-bool core_is_sbi(const avr_t *avr, uint8_t *bit)
+uint8_t core_ones_written(const avr_t *avr, uint8_t v)
 {
-    *bit = (uint8_t)(1U << (avr->flash[avr->pc] & 7U));
-    return avr->flash[avr->pc + 1U] == 0x9AU;
+    const uint8_t high = avr->flash[avr->pc + 1U];
+
+    if (high == 0x98U) { return 0; }                                           /* CBI */
+    if (high == 0x9AU) { return (uint8_t)(1U << (avr->flash[avr->pc] & 7U)); } /* SBI */
+    return v;
 }
 
 uint8_t core_write_latency(const avr_t *avr)

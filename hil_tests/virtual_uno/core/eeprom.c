@@ -90,12 +90,13 @@ static void begin_write(uno_t *uno, uint8_t mode)
 
 static void eecr_write(avr_t *avr, avr_io_addr_t addr, uint8_t v, void *param)
 {
-    uno_t        *uno = param;
-    const uint8_t old = avr->data[addr];
-    uint8_t       now = (uint8_t)((v & (EERIE | EEMPE)) | (old & EEPE));
+    uno_t        *uno  = param;
+    const uint8_t old  = avr->data[addr];
+    const uint8_t ones = core_ones_written(avr, v);
+    uint8_t       now  = (uint8_t)((v & (EERIE | EEMPE)) | (old & EEPE));
 
     now |= uno->eeprom.busy ? (old & EEPM) : (v & EEPM);
-    if (v & EEPE) {
+    if (ones & EEPE) {
         if (!uno->eeprom.busy && (old & EEMPE)) {
             begin_write(uno, v & EEPM);
             now = (uint8_t)((now | EEPE) & ~EEMPE);

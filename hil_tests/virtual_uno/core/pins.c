@@ -33,9 +33,8 @@ static void pin_write(avr_t *avr, avr_io_addr_t addr, uint8_t v, void *param)
 {
     const pins_t *pins = &((uno_t *)param)->pins;
     const uint8_t port = (uint8_t)((addr - PINB_ADDR) / PORT_STRIDE);
-    uint8_t       bit;
 
-    if (core_is_sbi(avr, &bit)) { v = bit; }
+    v = core_ones_written(avr, v);
     pins->toggle[port](avr, addr, v, pins->toggle_param[port]);
 }
 

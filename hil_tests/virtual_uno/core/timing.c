@@ -16,10 +16,8 @@ enum {
 
 static void flags_write(avr_t *avr, avr_io_addr_t addr, uint8_t v, void *param)
 {
-    uint8_t bit;
-
     (void)param;
-    if (core_is_sbi(avr, &bit)) { v = bit; } /* the chip's SBI writes no other bit back */
+    v = core_ones_written(avr, v);
     for (uint8_t i = 0; i < avr->interrupts.vector_count; i++) {
         avr_int_vector_t *vector = avr->interrupts.vector[i];
 

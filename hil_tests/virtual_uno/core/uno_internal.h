@@ -52,8 +52,9 @@ avr_io_t *core_find_io(avr_t *avr, const char *kind, char name);
 /* Puts our handlers in place of simavr's; either may be NULL for plain memory. */
 void core_hook(uno_t *uno, uint16_t addr, avr_io_read_t read, avr_io_write_t write);
 
-/* True while the running instruction is SBI; then `bit` is the one bit that it touches. */
-bool core_is_sbi(const avr_t *avr, uint8_t *bit);
+/* What the running instruction itself writes into a register whose ones act: `v`, but of SBI and
+ * CBI, which simavr makes a read and a write of the whole register, the one bit or nothing. */
+uint8_t core_ones_written(const avr_t *avr, uint8_t v);
 
 /* Cycles from now until the port write of the running instruction shows at the pin. */
 uint8_t core_write_latency(const avr_t *avr);

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bench is built once; tiny AVR programs are compiled as tests ask for them."""
+
+import hashlib
+import os
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+
+from virtual_uno.build import build
+
+PROGRAMS = pathlib.Path(__file__).parent / "programs"
+OUT = pathlib.Path(__file__).resolve().parents[3] / ".build" / "bench_tests"
+FLAGS = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-g", "-std=gnu11", "-Wall", "-Werror"]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def bench():
+    """The compiled core."""
+    return build()
+
+
+@pytest.fixture(scope="session")
+def avr(bench):
+    """``avr("reader.c")`` compiles that program and returns the ELF's path."""
+    if not shutil.which("avr-gcc"):
+        pytest.skip("avr-gcc is not installed")
+
+    def compile_program(name):
+        source = PROGRAMS / name
+        digest = hashlib.sha256(source.read_bytes() + " ".join(FLAGS).encode()).hexdigest()[:12]
+        elf = OUT / f"{source.stem}-{digest}.elf"
+        if not elf.exists():
+            OUT.mkdir(parents=True, exist_ok=True)
+            fresh = elf.with_suffix(f".{os.getpid()}")
+            subprocess.run(["avr-gcc", *FLAGS, str(source), "-o", str(fresh)], check=True)
+            os.replace(fresh, elf)
+        return elf
+
+    return compile_program
+
+
+@pytest.fixture
+def uno(avr):
+    """``uno("reader.c", rate_sps=80)`` is a board that runs that program."""
+    from virtual_uno import Uno
+
+    return lambda name, **how: Uno(avr(name), **how)
+
+
+def _edges(path, signal):
+    mark, now, edges, first = None, 0, [], True
+    for line in pathlib.Path(path).read_text().splitlines():
+        if line.startswith("$var"):
+            _, _, _, letter, name, _ = line.split()
+            mark = letter if name == signal else mark
+        elif line.startswith("#"):
+            now = int(line[1:])
+        elif line[1:] == mark and not line.startswith("$"):
+            if not first:
+                edges.append((now // 625, int(line[0])))  # 625 * 100 ps a cycle
+            first = False
+    return edges
+
+
+@pytest.fixture
+def vcd_edges():
+    """``vcd_edges(path, "SCK")`` lists (cycle, level) of a signal, its first level left out."""
+    return _edges
+
+
+@pytest.fixture
+def variables():
+    """``variables(uno, "a", "b", n=1)`` gives those bytes of SRAM, whole numbers or lists."""
+
+    def peek(uno, *names, n=1):
+        values = [list(uno.peek(uno.symbol(name), n)) for name in names]
+        values = [value[0] if n == 1 else value for value in values]
+        return values[0] if len(values) == 1 else values
+
+    return peek
