@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from tools.gen import filters, messages_c, messages_py, messages_spec, protocol_md
+from tools.gen import filters, fir_response, messages_c, messages_py, messages_spec, protocol_md
 from tools.gen.spec import ROOT, load
 
 GENERATED_C = "shared_c/generated"
@@ -24,6 +24,7 @@ def outputs() -> dict[str, str]:
         "shared_c/PROTOCOL.md": protocol_md.page(messages, wire),
         f"{GENERATED_C}/fir_designs.h": filters.fir_header(fir),
         f"{GENERATED_C}/fir_designs.c": filters.fir_source(fir),
+        f"{GENERATED_C}/fir_response.svg": fir_response.page(fir),
         f"{GENERATED_C}/weight_kf_gains.h": filters.kf_header(weight_kf),
         f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
     }
