@@ -5,7 +5,6 @@ what no board can be made to do at will. What a board can do is in hil_tests/fla
 
 import itertools
 import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -115,32 +114,6 @@ def test_any_output_gives_progress_between_0_and_1_and_some_error(noise):
     assert 0.0 <= progress.done <= 1.0
     run = Run(1, noise.decode("utf-8", "replace"), progress.stage, progress.done)
     assert str(diagnose(run, os.devnull, BAUD))
-
-
-# A scripted avrdude on PATH. -P's argument is the port, PROGRAM what it does.
-PLAYER = """#!{python}
-import os, sys, time
-port = sys.argv[sys.argv.index("-P") + 1]
-def say(text):
-    sys.stderr.write(text)
-    sys.stderr.flush()
-{program}
-"""
-
-
-@pytest.fixture
-def play(tmp_path, monkeypatch):
-    """play(program): an avrdude that does this, and nothing else on PATH."""
-    folder = tmp_path / "bin"
-    folder.mkdir()
-
-    def play(program: str) -> None:
-        script = folder / "avrdude"
-        script.write_text(PLAYER.format(python=sys.executable, program=program))
-        script.chmod(0o755)
-        monkeypatch.setenv("PATH", str(folder))
-
-    return play
 
 
 def write(port: str, tmp_path: Path, on_progress=None) -> Path:
