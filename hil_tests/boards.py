@@ -5,6 +5,7 @@ Both offer one interface. What only a simulated board can do (place a load, brea
 truth) skips on a real one, saying what it cannot do.
 """
 
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ IMAGE = Path(__file__).resolve().parents[1] / ".build" / "firmware" / "terazi.el
 
 SLICE_S = 0.005  # simulated time between looks at the serial line
 HELLO_S = 3.0  # optiboot listens for a second after a reset
+DTR_PAUSE_S = 0.1  # a port closed and opened in one breath would not be seen to have been closed
 SAMPLES_LATEST_S = 2.0  # at 10 SPS: 400 ms to settle, 100 ms each
 
 
@@ -147,8 +149,9 @@ class RealBoard(Board):
     def reset(self, cause="external"):
         if cause != "external":
             pytest.skip(f"a real board cannot be reset by {cause} from its serial port")
-        self.link.close()
+        self.close()
         self.link.transport = SerialTransport(self._port)
 
     def close(self):
         self.link.close()
+        time.sleep(DTR_PAUSE_S)
