@@ -9,7 +9,6 @@ import dataclasses
 import os
 import random
 import select
-import struct
 import threading
 import time
 import tty
@@ -151,6 +150,7 @@ class FakeDevice:
         vanish_after: int | None = None,  # samples
         lose: frozenset[int] = frozenset(),  # frames of these samples never leave
         corrupt: frozenset[int] = frozenset(),  # frames of these samples arrive broken
+        noise_before: frozenset[int] = frozenset(),  # stray bytes on the line before these
         restart_at: frozenset[int] = frozenset(),  # samples at which the filters start anew
     ) -> None:
         self.speed = speed
@@ -162,6 +162,7 @@ class FakeDevice:
         self.ignore_commands = ignore_commands
         self.vanish_after = vanish_after
         self.lose, self.corrupt, self.restart_at = lose, corrupt, restart_at
+        self.noise_before = noise_before
         self.resets = 0
         self.commands: list[int] = []
         self._garbage = random.Random(7)
@@ -251,7 +252,9 @@ class FakeDevice:
         if index in self.lose or not self._mask[0] & StreamFlag.SAMPLE:
             return
         if index in self.corrupt:
-            wire = bytes([wire[0]]) + struct.pack("B", wire[1] ^ 0x40 or 0x41) + wire[2:]
+            wire = wire[:1] + bytes([wire[1] ^ 0x40 or 0x41]) + wire[2:]
+        if index in self.noise_before:
+            wire = self._garbage.randbytes(40) + b"\0" + wire
         self._send(wire)
 
     def _send(self, data: bytes) -> None:

@@ -2,7 +2,7 @@
 """The capture file: what goes in comes out, whatever cuts it off."""
 
 import os
-import stat
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -133,17 +133,8 @@ def test_writer_names_a_missing_folder(tmp_path):
         CaptureWriter(tmp_path / "no" / "one.terazi")
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_writer_names_an_unwritable_folder(tmp_path):
-    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
-    with pytest.raises(CannotWrite, match="permission denied"):
-        CaptureWriter(tmp_path / "one.terazi")
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")
 def test_writer_names_a_full_disk():
-    from pathlib import Path
-
     writer = CaptureWriter(Path("/dev/full"), overwrite=True)
     with pytest.raises(CannotWrite, match="the disk is full"):
         writer.begin(METADATA)

@@ -40,7 +40,7 @@ class CaptureWriter:
         self.path = path
         self.size_bytes = 0  # of whole records and header
         self._begun = False
-        self._is_new = not path.exists()
+        self._is_new = not os.path.lexists(path)
         flags = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)
         try:
             self._file = os.open(path, flags if overwrite else flags | os.O_EXCL, 0o644)

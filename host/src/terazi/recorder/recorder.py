@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Records one conversation: capture and tables together, whatever ends it."""
 
+import os
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -48,7 +49,7 @@ class Recorder:
             )
         if not overwrite:
             for table in table_paths(path).values():
-                if table.exists():
+                if os.path.lexists(table):
                     raise cannot_write(table, FileExistsError())
         has_parquet()  # the import takes a moment, in which a board would already be sending
         self._writer = CaptureWriter(path, overwrite=overwrite)

@@ -144,7 +144,8 @@ class Tables:
             )
         else:
             self.notes.append(PARQUET_REMEDY)
-        paths["status"].unlink(missing_ok=True)  # of an older recording under this name
+        with contextlib.suppress(OSError):  # of an older recording under this name
+            paths["status"].unlink()
         self._status: StatusTable | None = StatusTable(paths["status"])
 
     def add_sample(self, received: Received, lost_before: int) -> None:
