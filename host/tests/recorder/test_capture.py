@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The capture file: what goes in comes out, whatever cuts it off."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -125,6 +126,18 @@ def test_writer_leaves_an_old_file_alone_until_it_begins(path):
 
 def test_writer_that_never_began_leaves_no_trace(path):
     CaptureWriter(path).abandon()
+    assert not path.exists()
+
+
+def test_writer_that_could_not_even_begin_leaves_no_trace(path, monkeypatch):
+    def full(_file, _data):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    writer = CaptureWriter(path)
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(CannotWrite, match="the disk is full"):
+        writer.begin(METADATA)
+    writer.abandon()
     assert not path.exists()
 
 

@@ -56,8 +56,8 @@ def log(
     from terazi.recorder import Recorder
 
     port = find_port(port)
-    recorder = Recorder(output, overwrite=force)
     with Stop() as stop:
+        recorder = Recorder(output, overwrite=force)
         try:
             with errors.status(f"waiting for {port} ..."):
                 link = open_link(port, baud, on_bytes=recorder.on_bytes)
@@ -67,17 +67,20 @@ def log(
             recorder.abandon()
             raise
         stop.is_graceful = True
-        errors.print(f"Terazi {show_version(hello)} at {port}, recording to {output}")
+        where = f"Terazi {show_version(hello)} at {port}, recording to {output}"
+        errors.print(where, markup=False, soft_wrap=True)
         if not seconds:
             errors.print("ctrl-C ends the recording", style="dim")
         with link:
             fault = _record(link, recorder, stop, seconds)
         summary = recorder.finish(link.stream, link.now_s())
     _show_summary(summary)
-    if fault is not None:
-        raise fault
-    if summary.faults:
-        raise summary.faults[0]
+    faults = [fault] if fault is not None else []
+    faults += [one for one in summary.faults if one is not fault]
+    for one in faults[1:]:
+        errors.print(str(one), style="red", markup=False, soft_wrap=True)
+    if faults:
+        raise faults[0]
 
 
 class Stop:
@@ -129,6 +132,9 @@ class LiveLine:
     """One line on a terminal: time, rate, weight, lost frames. Elsewhere it keeps quiet."""
 
     def __init__(self, link, recorder, seconds: float | None) -> None:
+        from terazi.link.generated.messages import SampleFlag
+
+        self._at_rail = SampleFlag.AT_RAIL
         self._link = link
         self._recorder = recorder
         self._seconds = seconds
@@ -177,6 +183,8 @@ class LiveLine:
         elif self._sample is not None:
             cells.append(self._rate())
             cells.append(f"[bold]{show_g(g_from_mg(self._sample.mass_mg)):>12}[/]")
+            if self._sample.flags & self._at_rail:
+                cells.append("[bold red]at the converter's rail[/]")
         lost = self._link.stream.frames_lost
         cells.append(f"[red]{lost} frames lost[/]" if lost else "[green]0 frames lost[/]")
         cells.append(f"[dim]{self._recorder.samples} samples[/]")
@@ -192,17 +200,25 @@ class LiveLine:
 
 
 def _show_summary(summary) -> None:
-    table = Table.grid(padding=(0, 2))
-    table.add_row("recorded", f"{summary.samples} samples in {show_duration(summary.duration_s)}")
-    table.add_row("frames lost", str(summary.frames_lost))
-    table.add_row("frames corrupt", str(summary.frames_bad))
-    table.add_row("conversions lost", str(summary.conversions_lost))
+    def show(name: str, value: str, style: str = "") -> None:
+        out.print(f"{name:<18}{value}", style=style, markup=False, soft_wrap=True)
+
+    def show_count(name: str, count: int) -> None:
+        show(name, str(count), "red" if count else "")
+
+    show("recorded", f"{summary.samples} samples in {show_duration(summary.duration_s)}")
+    show_count("frames lost", summary.frames_lost)
+    show_count("frames corrupt", summary.frames_bad)
+    show_count("conversions lost", summary.conversions_lost)
     if summary.restarts:
-        table.add_row("device restarts", f"[red]{summary.restarts}[/]")
-    table.add_row("capture", f"{summary.path} ({show_bytes(summary.size_bytes)})")
-    table.add_row("tables", ", ".join(str(path) for path in summary.tables) or "none")
-    out.print(table, soft_wrap=True)
+        show_count("device restarts", summary.restarts)
+    show("capture", f"{summary.path} ({show_bytes(summary.size_bytes)})")
+    for number, path in enumerate(summary.tables):
+        show("" if number else "tables", str(path))
+    if not summary.samples:
+        errors.print(
+            "No sample came: is the HX711 wired, and has it power? `terazi info` shows its state.",
+            style="yellow",
+        )
     for note in summary.notes:
         errors.print(note, style="yellow", soft_wrap=True)
-    for fault in summary.faults:
-        errors.print(str(fault), style="red", markup=False, soft_wrap=True)

@@ -68,14 +68,14 @@ class CaptureWriter:
             self._close()
 
     def abandon(self) -> None:
-        """Close without an end mark. A file that was never begun leaves no trace."""
+        """Close without an end mark. A file that holds nothing leaves no trace."""
         if self._file < 0:
             return
         if self._begun:
             with contextlib.suppress(CannotWrite):  # the fault that led here has been told
                 self._sync()
         self._close()
-        if self._is_new and not self._begun:
+        if self._is_new and not self.size_bytes:
             self.path.unlink(missing_ok=True)
 
     def _write(self, data: bytes) -> None:

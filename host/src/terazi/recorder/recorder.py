@@ -85,6 +85,7 @@ class Recorder:
             "port": port,
             "baud": baud,
         }
+        self._begin_s = age_s
         self._writer.begin(metadata)
         for host_s, data in self._early:
             self._writer.append(host_s, data)
@@ -118,7 +119,7 @@ class Recorder:
         return Summary(
             path=self._writer.path,
             size_bytes=self._writer.size_bytes,
-            duration_s=end_s,
+            duration_s=end_s - self._begin_s,
             samples=self.samples,
             frames_lost=stream.frames_lost,
             frames_bad=stream.frames_bad,
