@@ -20,6 +20,7 @@ RAM_END = 0x8FF
 BOOT_VECTOR = 0x7E00  # BOOTSZ = 11: 256 words, as the Uno's fuses say
 RUN_SLICE_CYCLES = CLOCK_HZ // 10  # between looks at Python's signals
 PAINT = 0xA5
+ENDLESS_LOOP = b"\xff\xcf"  # rjmp to itself
 RESET_CAUSES = {
     "power_on": lib.UNO_RESET_POWER_ON,
     "external": lib.UNO_RESET_EXTERNAL,
@@ -59,7 +60,7 @@ def _source(handle, ticks, counts, n):
 class Uno:
     """An Arduino Uno with an HX711: DOUT on PD2 (INT0), PD_SCK on PD3.
 
-    program : path of an ELF or Intel HEX file, or None for an empty flash.
+    program : path of an ELF or Intel HEX file, or None for an endless loop.
     rate_sps : the converter's rate; ``clock_ppm`` is the error of its clock on top.
     noise_counts, jitter_s : rms of white noise and of each conversion's instant; seeded.
     boot : path of a boot loader's HEX; the chip then starts at 0x7E00.
@@ -106,6 +107,8 @@ class Uno:
         self._counts_at = None
         if program is not None:
             self.load_program(program)
+        elif boot is None:
+            self.load_flash(0, ENDLESS_LOOP)
         if boot is not None:
             for address, data in read_hex(boot):
                 lib.uno_flash_write(self.core, address, data, len(data))

@@ -129,11 +129,8 @@ static void core_run(avr_t *avr)
     probe_after(uno);
 
     if (avr->state == cpu_Sleeping) {
-        const uint64_t left = uno->until_cycle > avr->cycle ? uno->until_cycle - avr->cycle : 1U;
-        const uint64_t step = idle_cycles < left ? idle_cycles : left;
-
-        avr->cycle += step;
-        uno->stats.sleep_cycles += step;
+        avr->cycle += idle_cycles;
+        uno->stats.sleep_cycles += idle_cycles;
         uno->timing.asleep = true;
         return;
     }
@@ -206,14 +203,27 @@ static void watchdog_reset(uno_t *uno)
     after_reset(uno, cycle, (uint8_t)(old | UNO_RESET_WATCHDOG));
 }
 
+/* Only there to end a burst of instructions, or a sleep, where the run is to end. */
+static avr_cycle_count_t run_ends(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    (void)param;
+    return 0;
+}
+
 uint8_t uno_run(uno_t *uno, uint64_t until_cycle)
 {
     avr_t *avr = uno->avr;
 
-    uno->until_cycle = until_cycle;
+    if (avr->cycle >= until_cycle) { return UNO_RUNNING; }
+    avr_cycle_timer_register(avr, until_cycle - avr->cycle, run_ends, uno);
     while (avr->cycle < until_cycle) {
         avr->run(avr);
-        if (avr->run != core_run) { watchdog_reset(uno); }
+        if (avr->run != core_run) {
+            watchdog_reset(uno);
+            avr_cycle_timer_register(avr, until_cycle - avr->cycle, run_ends, uno);
+        }
         if (avr->state == cpu_Crashed || avr->state == cpu_Done) { return UNO_CRASHED; }
     }
     return UNO_RUNNING;

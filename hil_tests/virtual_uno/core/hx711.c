@@ -208,7 +208,7 @@ void hx711_advance(hx711_t *hx, uint64_t tick)
 
 static void put_bit(hx711_t *hx, uint64_t tick, uint8_t level)
 {
-    if (hx->fault.flip_probability > 0.0 &&
+    if (hx->pulses <= FRAME_BITS && hx->fault.flip_probability > 0.0 &&
         hx711_random_unit(&hx->flip_state) < hx->fault.flip_probability) {
         level ^= 1U;
     }

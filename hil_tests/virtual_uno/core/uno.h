@@ -96,7 +96,7 @@ typedef struct {
     uint8_t  lost_pulse;        /* 1..25: this pulse of a frame does not reach the part */
     uint32_t lost_pulse_frames; /* for so many frames */
     uint64_t late_ticks;        /* the next conversion comes so much later, once */
-    double   flip_probability;  /* each bit handed out is inverted with this probability */
+    double   flip_probability;  /* each of the 24 bits is inverted with this probability */
 } hx711_fault_t;
 
 /* Time between the HX711 and the chip is in ticks; in the Uno a tick is a CPU cycle. */

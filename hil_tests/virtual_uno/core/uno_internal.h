@@ -29,7 +29,6 @@ enum { CORE_RUN_LIMIT_CYCLES = 1600 }; /* simavr looks at its timers at least th
 struct uno {
     avr_t      *avr;
     uint64_t    reset_cycle; /* when the program last started */
-    uint64_t    until_cycle; /* a sleeping core never runs past this */
     uint64_t    scramble;    /* generator for SRAM contents at power-on */
     uno_stats_t stats;
     pins_t      pins;

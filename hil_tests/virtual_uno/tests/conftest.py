@@ -16,14 +16,11 @@ OUT = pathlib.Path(__file__).resolve().parents[3] / ".build" / "bench_tests"
 FLAGS = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-g", "-std=gnu11", "-Wall", "-Werror"]
 
 
-@pytest.fixture(scope="session", autouse=True)
-def bench():
-    """The compiled core."""
-    return build()
+build()  # before any test module imports the core
 
 
 @pytest.fixture(scope="session")
-def avr(bench):
+def avr():
     """``avr("reader.c")`` compiles that program and returns the ELF's path."""
     if not shutil.which("avr-gcc"):
         pytest.skip("avr-gcc is not installed")

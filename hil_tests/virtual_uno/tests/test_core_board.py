@@ -97,9 +97,7 @@ def test_a_program_that_leaves_the_flash_crashes_by_name(uno):
         board.run(0.1)
 
 
-def test_eeprom_programming_takes_3400_us_and_half_of_it_1800(
-    uno, tmp_path, vcd_edges, variables
-):
+def test_eeprom_programming_takes_3400_us_and_half_of_it_1800(uno, tmp_path, vcd_edges, variables):
     board = uno("eeprom.c")
     with board.vcd(tmp_path / "w.vcd"):
         board.run_until(lambda: variables(board, "done") == 1, 0.1)

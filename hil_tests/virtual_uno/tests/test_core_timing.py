@@ -184,6 +184,14 @@ def test_slices_of_running_do_not_change_what_happens(uno):
     assert whole.uart.read() == sliced.uart.read() != b""
 
 
+def test_a_run_ends_within_an_instruction_of_what_was_asked(uno):
+    board = uno("reader.c")
+    for _ in range(100):
+        before = board.cycle
+        board.run_cycles(333)
+        assert 333 <= board.cycle - before < 333 + 8
+
+
 def test_seed_changes_noise(uno):
     streams = []
     for seed in (1, 2):
