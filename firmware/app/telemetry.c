@@ -44,6 +44,7 @@ static uint8_t  sequence;
 static uint16_t frames_dropped;
 static uint16_t rx_bad_frames;
 static uint32_t second_us; /* start of the present second */
+static uint32_t closed_us; /* when the last one was closed, a little after its end */
 static uint32_t uptime_s;
 static uint16_t cpu_busy_permille; /* of the last whole second */
 static uint16_t stack_free;        /* as of its end: counting takes too long to do on demand */
@@ -175,8 +176,6 @@ static void close_second(uint32_t elapsed_us)
 
 void telemetry_tick(uint32_t now_us)
 {
-    static uint32_t closed_us; /* when the last second was closed, a little after its end */
-
     if (now_us - second_us < SECOND_US) { return; }
     second_us += SECOND_US;
     close_second(now_us - closed_us);

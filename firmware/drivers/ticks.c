@@ -19,7 +19,10 @@ ISR(TIMER1_OVF_vect)
 
 void ticks_init(void)
 {
+    TCCR1B = 0; /* a boot loader may have left the timer running */
     TCCR1A = 0;
+    TCNT1  = 0;
+    TIFR1  = _BV(TOV1);
     TCCR1B = _BV(CS11); /* clk / 8 */
     TIMSK1 = _BV(TOIE1);
 }

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Both directions of the line full, and for long: nothing torn, nothing lost unsaid."""
 
+import itertools
+
 import pytest
 
 from terazi.cshared import encode_frame
 from terazi.link.generated.messages import (
     Ack,
+    ConverterState,
     GetInfo,
     Hello,
     Sample,
@@ -84,6 +87,41 @@ def test_text_mode_under_a_full_line_loses_whole_lines_only(uno):
     starts = ("raw:", "# Terazi v", "# gain=")
     assert all(line.startswith(starts) for line in lines)
     assert all(line.count(":") == 4 for line in lines if line.startswith("raw:"))
+
+
+@pytest.mark.board(noise_counts=38.7)
+def test_a_wrong_baud_rate_is_counted_and_survived(uno):
+    virtual = uno.truth("have its line set to another speed by this test")
+    uno.link.hello()
+    uno.wait(0.2)
+    virtual.uart.host_baud = 57_600
+    uno.write(bytes(range(256)))
+    uno.read_raw(0.3)
+    virtual.uart.host_baud = 115_200
+    uno.read_raw(0.1)
+    lost = uno.link.stream.frames_lost
+    status = uno.link.status()
+    assert status.rx_overruns > 0
+    assert status.converter_state == ConverterState.RUNNING
+    assert len(uno.samples(20)) == 20
+    assert uno.link.stream.frames_lost - lost < 40, "only what the test did not hear is missing"
+
+
+@pytest.mark.board(noise_counts=38.7)
+def test_the_device_clock_wraps_without_a_stir(uno):
+    """After 71.6 minutes; here all that remembers a time is set 2 s before that."""
+    virtual = uno.truth("have its clock set")
+    before_wrap = (2**32 - 62 * 32768).to_bytes(4, "little")
+    uno.link.hello()
+    for name in ("overflow_us", "second_us", "closed_us", "waiting_since_us"):
+        virtual.poke(virtual.symbol(name), before_wrap)
+    received = uno.samples(320)
+    stamps_us = [one.device_us for one in received]
+    assert stamps_us[0] % 2**32 > 2**31 > stamps_us[-1] % 2**32
+    steps_us = {late - early for early, late in itertools.pairwise(stamps_us)}
+    assert steps_us <= set(range(12_480, 12_521))
+    status = uno.link.status()
+    assert (status.settling_dropped, status.converter_timeouts, status.uptime_s) == (4, 0, 4)
 
 
 @pytest.mark.board(noise_counts=38.7, clock_ppm=137)
