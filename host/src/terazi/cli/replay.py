@@ -71,13 +71,20 @@ def _show(recording, result) -> None:
         f"{'segment' if len(result.segments) == 1 else 'segments'}, "
         f"FIR {result.design}, Kalman {result.schedule}"
     )
-    table = Table("stage", "against", "compared", "verdict", box=None, pad_edge=False)
+    head = ("stage", "against", "compared", "verdict", "largest", "budget")
+    table = Table(*head, box=None, pad_edge=False)
     for stage in result.stages:
-        good = f"[green]{'bit-identical' if stage.compared else 'nothing to compare'}[/]"
-        bad = f"[bold red]{stage.differing} differ[/]"
-        table.add_row(stage.stage, "the C", str(stage.compared), bad if stage.differing else good)
+        verdict = _verdict(stage.compared, stage.differing, "bit-identical", "differ")
+        table.add_row(stage.stage, "the C", str(stage.compared), verdict)
     for model in result.models:
-        table.add_row(model.stage, "float model", str(model.compared), _model_verdict(model))
+        table.add_row(
+            model.stage,
+            "float model",
+            str(model.compared),
+            _verdict(model.compared, model.beyond, "within", "beyond"),
+            f"{model.largest:.3g} {model.unit}" if model.compared else "",
+            f"{model.budget:.3g} {model.unit}" if model.compared else "",
+        )
     out.print(table)
     for stage in result.stages:
         _show_differences(stage)
@@ -95,13 +102,10 @@ def _show(recording, result) -> None:
         )
 
 
-def _model_verdict(model) -> str:
-    if not model.compared:
+def _verdict(compared: int, wrong: int, good: str, bad: str) -> str:
+    if not compared:
         return "nothing to compare"
-    figures = f"largest {model.largest:.3g} {model.unit}, budget {model.budget:.3g}"
-    if model.beyond:
-        return f"[bold red]{model.beyond} beyond the budget[/] ({figures})"
-    return f"[green]within[/] ({figures})"
+    return f"[bold red]{wrong} {bad}[/]" if wrong else f"[green]{good}[/]"
 
 
 def _show_differences(stage) -> None:
