@@ -330,6 +330,7 @@ def test_report_is_written_beside_the_capture_or_where_told(recorded, tmp_path):
     done = terazi("report", recorded)
     assert done.returncode == 0, done.stderr
     assert "<!DOCTYPE html>" in recorded.with_suffix(".html").read_text()
+    assert [line.split()[0] for line in done.stdout.splitlines()[1:4]] == ["raw", "fir", "kalman"]
     page = tmp_path / "other.html"
     assert terazi("report", recorded, "--truth", truth, "-o", page).returncode == 0
     assert "error to the truth" in page.read_text()

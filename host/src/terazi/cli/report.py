@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
 from terazi.cli.common import errors, out
 from terazi.cli.replay import CaptureArgument
@@ -48,5 +49,25 @@ def report(
         from terazi.report import analyse, load_truth, write_report
 
         known = load_truth(truth) if truth else None
-        write_report(page, recording, analyse(recording, known))
+        figures = analyse(recording, known)
+        write_report(page, recording, figures)
+    _show(figures)
     out.print(f"report  {page}", soft_wrap=True)
+
+
+def _show(figures) -> None:
+    """The page's figures of each stage: the slowest settling, noise and error."""
+    table = Table("stage", box=None, pad_edge=False)
+    for heading in ("settles within", "noise rms", "peak to peak", "error rms"):
+        table.add_column(heading, justify="right")
+    for stage, noise_g in figures.noise_rms_g.items():
+        times_s = [step.settling_s.get(stage) for step in figures.steps]
+        error_g = figures.truth_error_g.get(stage)
+        table.add_row(
+            stage,
+            "" if not times_s else "never" if None in times_s else f"{max(times_s):.2f} s",
+            f"{noise_g:.3f} g",
+            f"{figures.noise_p2p_g[stage]:.3f} g",
+            "" if error_g is None else f"{error_g:.3f} g",
+        )
+    out.print(table)
