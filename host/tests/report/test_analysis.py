@@ -73,6 +73,23 @@ def test_steps_are_not_found_in_noise_alone():
     assert len(found_steps_s(np.arange(4000) / RATE_HZ, samples, RATE_HZ)) == 0
 
 
+def test_swinging_pan_is_no_second_step():
+    t_s = np.arange(0, 20, 1 / RATE_HZ)
+    since_s = np.maximum(t_s - 10.0, 0.0)
+    swing = 0.3 * np.exp(-since_s / 0.06) * np.cos(2 * np.pi * 23 * since_s)
+    load = np.where(t_s >= 10.0, 600_000 * (1 - swing), 0.0)
+    noise = np.random.default_rng(SEED).normal(0, 40, len(t_s))
+    samples = {"raw_counts": load + noise, "flags": np.zeros(len(t_s), np.uint8)}
+    assert found_steps_s(t_s, samples, RATE_HZ) == pytest.approx([10.0], abs=2 / RATE_HZ)
+
+
+def test_two_steps_in_one_second_are_two():
+    t_s = np.arange(0, 20, 1 / RATE_HZ)
+    load = np.select([t_s < 10.0, t_s < 10.8], [0, 100_000], 250_000)
+    samples = {"raw_counts": load, "flags": np.zeros(len(t_s), np.uint8)}
+    assert found_steps_s(t_s, samples, RATE_HZ) == pytest.approx([10.0, 10.8], abs=2 / RATE_HZ)
+
+
 def test_restart_of_the_filters_is_no_change_of_load(tmp_path):
     def load(t_s):
         return 84_000 if t_s < 4.0 else 500_000

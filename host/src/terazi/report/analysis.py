@@ -29,6 +29,8 @@ QUIET_LEAST_SAMPLES = 32
 STEP_WINDOW_S = 0.4
 STEP_SIGMAS = 10.0
 STEP_LEAST_COUNTS = 100.0  # smaller changes are not told from creep
+STEP_SWING_WIDTHS = 3  # for so many windows a pan may swing after a step,
+STEP_SWING_SHARE = 0.25  # with less than this share of it
 SPECTRUM_SEGMENT = 256
 RATE_WINDOW_S = 1.0
 
@@ -173,6 +175,9 @@ def found_steps_s(t_s: np.ndarray, samples: dict, rate_hz: float) -> np.ndarray:
     while change.max() > least:
         at = int(np.argmax(change))
         edges.append(at + width)
+        # A pan that swings after a step is no second step, unless it is a large one.
+        around = slice(max(0, at - STEP_SWING_WIDTHS * width), at + STEP_SWING_WIDTHS * width)
+        change[around][change[around] < STEP_SWING_SHARE * change[at]] = 0.0
         change[max(0, at - width) : at + width] = 0.0
     # A restart is no change of load: the filters begin anew with it.
     restarted = np.flatnonzero(samples["flags"] & int(SampleFlag.RESTARTED))
