@@ -74,7 +74,7 @@ static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_
                                               .device_us   = device_us,
                                               .payload_len = payload_len,
                                               .payload     = payload};
-    const uint8_t head                     = line_is_dirty ? 0U : 1U;
+    const uint8_t head                     = (uint8_t)(line_is_dirty ? 0 : 1);
 
     if (refuse((uint8_t)(payload_len + FRAME_OVERHEAD), leave)) { return; }
     const uint8_t len = (uint8_t)(1U + frame_encode(&wire[1], &frame) - head);
