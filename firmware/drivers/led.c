@@ -6,6 +6,7 @@
 void led_init(void)
 {
     LED_DDR |= _BV(LED_BIT);
+    led_set(true);
 }
 
 void led_set(bool on)

@@ -8,7 +8,7 @@
 
 #include <stdbool.h>
 
-void led_init(void);
+void led_init(void); /* lit, until somebody knows better */
 void led_set(bool on);
 
 #endif

@@ -94,3 +94,24 @@ def test_status_tells_the_stack_that_was_never_touched(uno):
     told = uno.link.status().stack_free_bytes
     assert told == len(memory) - len(memory.lstrip(b"\xc5"))
     assert told > 512
+
+
+def test_the_led_is_lit_while_no_weight_comes_and_blinks_while_it_does(uno):
+    virtual = uno.truth("show its LED to this test")
+
+    def led():
+        return bool(virtual.peek(0x25)[0] & 0x20)  # PORTB, PB5
+
+    uno.link.hello()
+    assert led()
+    uno.wait(0.5)
+    seconds = []
+    for _ in range(4):
+        uno.wait(1.0)
+        seconds.append(led())
+    assert seconds in ([True, False] * 2, [False, True] * 2)
+    uno.fault("cable_out")
+    uno.wait(2.0)
+    for _ in range(3):
+        assert led()
+        uno.wait(1.0)
