@@ -18,8 +18,8 @@ from pathlib import Path
 
 RETURN_ADDRESS_BYTES = 2
 
-# Newer binutils show the compiler's debug labels (.LVL7, .Loc.1) too: they begin no function.
-_FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[^.>][^>]*)>:$")
+# Newer binutils show labels within a function too (.LVL7, .Loc.1, L0^A), which begin none.
+_FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[A-Za-z_][\w.]*)>:$")
 _INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?P<op>[a-z]+)\s*(?P<args>[^;]*)(?:;.*?<(?P<to>.+)>)?")
 _FRAME_MOVES = {"sbiw": 0, "subi": 0, "sbci": 8}  # instruction -> weight of its number, in bits
 _VECTOR = re.compile(r"^__vector_\d+$")

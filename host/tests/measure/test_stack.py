@@ -59,8 +59,9 @@ def test_frame_pointer_that_is_not_written_back_takes_no_room():
     assert parse_disassembly(PUSHED_FRAME)["pushed_frame"].own_bytes == 3
 
 
-def test_debug_labels_do_not_end_a_function():
-    labelled = LEAF.replace("  a6:", "\n000000a6 <.LVL7>:\n  a6:\tpush\tr2\n  a8:", 1)
+@pytest.mark.parametrize("label", [".LVL7", ".Loc.1", "L0^A"])
+def test_labels_do_not_end_a_function(label):
+    labelled = LEAF.replace("  a6:", f"\n000000a6 <{label}>:\n  a6:\tpush\tr2\n  a8:", 1)
     assert parse_disassembly(labelled)["leaf"].own_bytes == 2 + 300 + 1
 
 
