@@ -3,6 +3,7 @@
 
 import pytest
 
+from tools.measure.compiler import is_reference
 from tools.measure.limits import compare, load_limits
 from tools.measure.sizes import FLASH_SECTIONS, parse_sections
 
@@ -32,3 +33,10 @@ def test_sections_are_read_from_avr_size():
     sections = parse_sections("section  size  addr\n.text  300  0\n.bss  12  8388864\nTotal 312\n")
     assert sections == {".text": 300, ".bss": 12}
     assert ".bss" not in FLASH_SECTIONS
+
+
+@pytest.mark.parametrize(
+    ("version", "held"), [("5.4.0", True), ("5.4", True), ("14.2.0", False), ("5.40", False)]
+)
+def test_limits_are_held_against_the_reference_compiler_alone(version, held):
+    assert is_reference(version) is held
