@@ -11,6 +11,8 @@ import termios
 import time
 import tty
 
+from virtual_uno.openings import Openings
+
 BAUD_OF_CODE = {
     getattr(termios, name): int(name[1:])
     for name in dir(termios)
@@ -35,15 +37,14 @@ class Bridge:
         self.path = os.ttyname(slave)
         os.close(slave)
         os.set_blocking(self._master, False)
-        self._poll = select.poll()
-        self._poll.register(self._master, select.POLLIN)
+        self._openings = Openings(self._master, self.path)
         self._pending = b""
-        self._opened = False
         self._stopped = False
         self.resets = 0
 
     def close(self):
         """Take the port away, as a pulled cable does."""
+        self._openings.close()
         os.close(self._master)
 
     def stop(self, *_):
@@ -62,7 +63,7 @@ class Bridge:
         base_wall_s, base_s = time.monotonic(), uno.seconds
         while not self._stopped and not (seconds and uno.seconds - started_s >= seconds):
             self._pump()
-            if self._pending or (not speed and not self._opened and not seconds):
+            if self._pending or not (speed or seconds or self._openings.held):
                 self._wait(IDLE_S)
                 base_wall_s, base_s = time.monotonic(), uno.seconds
                 continue
@@ -79,24 +80,23 @@ class Bridge:
 
     def _wait(self, wait_s):
         """Sleep, but look up when the host has sent something."""
-        if self._opened and not self._pending:
+        if self._openings.held and not self._pending:
             select.select([self._master], [], [], wait_s)
         else:
             time.sleep(wait_s)
 
     def _pump(self):
-        events = dict(self._poll.poll(0)).get(self._master, 0)
-        if events & select.POLLHUP:
-            if self._opened:
+        happened = self._openings.look()
+        for event in happened:
+            if event == "opened":
+                self._reset()
+            else:
                 self._hung_up()
+        if not self._openings.held:
             self._uno.uart.discard()
             return
-        if not self._opened:
-            self._opened = True
-            self._reset()
         self._follow_baud()
-        if events & select.POLLIN:
-            self._uno.uart.write(self._read())
+        self._uno.uart.write(self._read())
         self._pending += self._uno.uart.read()
         while self._pending:
             try:
@@ -107,19 +107,20 @@ class Bridge:
     def _read(self):
         try:
             return os.read(self._master, READ_BYTES)
-        except OSError:  # hung up or empty since the poll
+        except OSError:  # empty, or hung up since the look
             return b""
 
     def _hung_up(self):
-        """Nobody holds the port any more: what was on its way in either direction is gone."""
-        self._opened = False
+        """Nobody held the port: what was on its way in either direction is gone."""
         self._pending = b""
-        while self._read():
-            pass
+        if not self._openings.held:  # else it may be the next holder's already
+            while self._read():
+                pass
         self._uno.uart.cancel()
         slave = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         termios.tcflush(slave, termios.TCIFLUSH)
         os.close(slave)
+        self._openings.forget()
 
     def _reset(self):
         self._uno.reset("external")
