@@ -31,10 +31,12 @@ from terazi.link.generated.messages import (
     StreamFlag,
     Tare,
 )
+from terazi.units import COUNTS_RAIL_HIGH, COUNTS_RAIL_LOW
 
 RATE_HZ = 82.0
 SPAN_UG_PER_COUNT_Q16 = 2328 << 16
 SLICE_S = 0.002
+BOOT_S = 0.05
 
 
 def steps_and_noise(t_s: float) -> int:
@@ -55,6 +57,7 @@ class Chain:
         self.samples = 0
         self.device_us = 0
         self.tare_counts_q7 = 84_000 << 7
+        self.state = ConverterState.RUNNING
         self._fir: Fir | None = None
         self._kf: WeightKf | None = None
         self.kf_counts_q7 = 0
@@ -86,7 +89,7 @@ class Chain:
         fields = {field.name: 0 for field in dataclasses.fields(Status)}
         fields |= {
             "uptime_s": self.device_us // 1_000_000,
-            "converter_state": ConverterState.RUNNING,
+            "converter_state": self.state,
             "converter_rate_hz_q16": round(RATE_HZ * 65536),
             "conversions": self.conversion,
             "stack_free_bytes": 1200,
@@ -100,6 +103,8 @@ class Chain:
         raw = self.load(self.conversion / RATE_HZ)
         self.device_us = round(self.conversion / RATE_HZ * 1e6)
         flags = SampleFlag.GAP if skip else SampleFlag(0)
+        if raw in (COUNTS_RAIL_LOW, COUNTS_RAIL_HIGH):
+            flags |= SampleFlag.AT_RAIL
         if restart or self._fir is None:
             flags |= SampleFlag.RESTARTED
             self._fir = Fir("lowpass32", raw)
@@ -118,6 +123,12 @@ class Chain:
             mass_mg=int(mass_mg[0]),
             flags=flags,
         )
+
+    def fall_silent(self) -> None:
+        """Time goes on by one conversion, but the converter has none."""
+        self.state = ConverterState.TIMED_OUT
+        self.conversion += 1
+        self.device_us = round(self.conversion / RATE_HZ * 1e6)
 
     def answer(self, frame, *, mask: list[int]) -> bytes:
         """The frames that answer a command."""
@@ -148,6 +159,7 @@ class FakeDevice:
         answers: bool = True,
         ignore_commands: int = 0,
         vanish_after: int | None = None,  # samples
+        silent_after: int | None = None,  # samples; then only STATUS, converter timed out
         lose: frozenset[int] = frozenset(),  # frames of these samples never leave
         corrupt: frozenset[int] = frozenset(),  # frames of these samples arrive broken
         noise_before: frozenset[int] = frozenset(),  # stray bytes on the line before these
@@ -161,6 +173,7 @@ class FakeDevice:
         self.answers = answers
         self.ignore_commands = ignore_commands
         self.vanish_after = vanish_after
+        self.silent_after = silent_after
         self.lose, self.corrupt, self.restart_at = lose, corrupt, restart_at
         self.noise_before = noise_before
         self.resets = 0
@@ -217,6 +230,7 @@ class FakeDevice:
         self._decoder = FrameDecoder()
         self._mask = [int(StreamFlag.SAMPLE | StreamFlag.STATUS)]
         self._statuses = 0
+        time.sleep(BOOT_S)  # whoever opens a port discards what is stale in it, at once
         self._begin_s = time.monotonic()
         if self.speak == "frames" and self.hello_at_reset:
             self._send(self.chain.frame(self.chain.hello()))
@@ -240,7 +254,10 @@ class FakeDevice:
         while (self.chain.conversion + 1) / RATE_HZ <= now_s:
             if self.vanish_after is not None and self.chain.samples >= self.vanish_after:
                 return
-            self._send_sample()
+            if self.silent_after is not None and self.chain.samples >= self.silent_after:
+                self.chain.fall_silent()
+            else:
+                self._send_sample()
             if self.chain.device_us // 1_000_000 > self._statuses:
                 self._statuses += 1
                 if self._mask[0] & StreamFlag.STATUS:

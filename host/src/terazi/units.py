@@ -61,7 +61,7 @@ def show_bytes(size_bytes: int) -> str:
 
 def show_duration(duration_s: float) -> str:
     """A duration for people: 12.3 s, 4 min 05 s, 2 h 03 min."""
-    if duration_s < 60:
+    if duration_s < 59.95:
         return f"{duration_s:.1f} s"
     minutes, seconds = divmod(round(duration_s), 60)
     if minutes < 60:

@@ -40,6 +40,12 @@ def test_link_asks_for_hello_where_opening_does_not_reset():
         assert GetInfo.ID in device.commands
 
 
+def test_link_does_not_wait_for_a_hello_that_will_not_come():
+    with FakeDevice(hello_at_reset=False) as device, open_link(device.path) as link:
+        assert link.hello(timeout_s=3600.0).fir_taps == 32
+        assert GetInfo.ID in device.commands
+
+
 def test_link_streams_samples_at_the_devices_rate_without_loss():
     with FakeDevice() as device, open_link(device.path) as link:
         samples = []

@@ -13,6 +13,7 @@ from terazi.link.transport import BAUD_DEFAULT, SerialTransport, Transport
 # Opening the port resets the board; optiboot then listens for 1 s, and 1.4 s after opening the
 # program runs. Twice that for boards with a slower boot loader.
 HELLO_AFTER_RESET_S = 3.0
+FRAMES_BEFORE_HELLO = 20  # more than a reset board can have left in the line
 ANSWER_S = 0.5
 ATTEMPTS = 3
 POLL_S = 0.05  # how finely a wait looks at its deadline
@@ -75,7 +76,7 @@ class Link:
         Messages that arrive meanwhile stay for `poll`. Raises NoAnswer, or FingerprintMismatch.
         """
         if self.stream.hello is None:
-            self._wait(lambda: self.stream.hello, timeout_s)
+            self._wait(lambda: self.stream.hello or self._runs_already(), timeout_s)
         if self.stream.hello is None:
             self._ask_for_hello()
         if self.stream.hello is None:
@@ -151,6 +152,11 @@ class Link:
             if isinstance(received.message, Status):
                 return received.message
         return None
+
+    def _runs_already(self) -> bool | None:
+        """Whether so much has come without a HELLO that none will: there was no reset, or the
+        HELLO came before the port was quite open."""
+        return self.stream.frames > FRAMES_BEFORE_HELLO or None
 
     def _ask_for_hello(self) -> None:
         """For a port whose opening does not reset, and for a board left in text mode."""
