@@ -181,6 +181,46 @@ def test_a_loose_contact_lets_no_settling_sample_through(uno, gone_s):
     assert len(raw_counts(received)) > 90
 
 
+def test_the_shortest_break_just_behind_a_conversion_is_noticed(uno):
+    virtual = uno.truth("break its own wires")
+    uno.load(counts=ramp)
+    uno.link.hello()
+    received = uno.samples(40)
+    for behind_s in (0.0003, 0.0006, 0.001, 0.0015):
+        next_s = virtual.conversions["time_s"][-1] + 1 / 80
+        received += uno.wait(next_s + behind_s - virtual.seconds)
+        uno.fault("cable_out")
+        virtual.run(0.0001)
+        uno.clear_faults()
+        received += uno.wait(0.5)
+    assert_only_good_ones(received, virtual)
+    assert uno.link.status().settling_dropped == 5 * 4
+
+
+@pytest.mark.parametrize("held_ms", [5, 11, 12, 13, 25, 40, 300])
+@pytest.mark.parametrize("phase", [0.0, 0.5, 0.97])
+def test_a_main_loop_that_is_held_up_hands_on_no_wrong_time_and_no_wrong_count(uno, held_ms, phase):
+    """A conversion read late is another one than that whose edge was seen, or a mixture of both."""
+    virtual = uno.truth("have its program held up")
+    uno.load(counts=ramp)
+    uno.link.hello()
+    received = uno.samples(40)
+    next_s = virtual.conversions["time_s"][-1] + 1 / 80
+    received += uno.wait(next_s + phase / 80 - virtual.seconds)
+    place = virtual.symbol("telemetry_tick")
+    program = virtual.flash[place : place + 2]
+    virtual.load_flash(place, b"\xff\xcf")  # rjmp to itself
+    virtual.run(held_ms * 1e-3)
+    virtual.load_flash(place, program)
+    received += uno.wait(0.4)
+    assert_only_good_ones(received, virtual)
+    true_s = dict(zip(virtual.conversions["counts"], virtual.conversions["time_s"], strict=True))
+    samples = [one for one in received if isinstance(one.message, Sample)]
+    late_s = np.array([one.device_us * 1e-6 - true_s[one.message.raw_counts] for one in samples])
+    assert np.ptp(late_s) < 100e-6
+    assert len(samples) > 40 + 20
+
+
 @pytest.mark.parametrize("bit", [1, 2, 12, 24, 25])
 def test_a_lost_clock_pulse_is_a_bad_frame_where_the_last_bit_is_zero(uno, bit):
     virtual = uno.truth("break its own wires")
