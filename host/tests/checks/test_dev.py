@@ -14,7 +14,7 @@ VERBS = re.findall(r"^  (\w+)  ", subprocess.run(
     [ROOT / "dev"], capture_output=True, text=True, check=True
 ).stdout, re.MULTILINE)  # fmt: skip
 # What ./dev itself calls before it knows what the machine has.
-BASICS = ("sh", "cat", "cksum", "dirname", "flock", "mkdir", "rm", "tail")
+BASICS = ("sh", "cat", "cksum", "dirname", "flock", "grep", "head", "mkdir", "rm", "tail")
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from terazi.cshared import WIRE_FINGERPRINT, pack_message, unpack_message
+from terazi.cshared._cshared import ffi, lib
 from terazi.link.generated import messages
 from tools.gen import messages_spec
 from tools.gen.messages_py import class_name
@@ -45,6 +46,17 @@ def test_message_survives_the_round_trip_and_lies_on_the_wire_as_specified(messa
     assert payload == struct.pack(layout(message), *values)
     assert len(payload) == class_of(message).LEN == message.len_bytes
     assert class_of(message).unpack(payload) == made
+
+
+@pytest.mark.parametrize(
+    "message", [each for each in WIRE.messages if each.fields], ids=lambda message: message.name
+)
+@pytest.mark.parametrize("off_by", [-1, 1])
+def test_message_of_another_length_is_refused_by_the_c_itself(message, off_by):
+    held = ffi.new("uint8_t[]", message.len_bytes + 1)
+    into = ffi.new(f"messages_{message.name}_t *")
+    unpack = getattr(lib, f"messages_{message.name}_unpack")
+    assert not unpack(into, held, message.len_bytes + off_by)
 
 
 @pytest.mark.parametrize("message", WIRE.messages, ids=lambda message: message.name)

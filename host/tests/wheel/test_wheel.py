@@ -2,6 +2,7 @@
 """`pip install .` gives what a user needs, from the tree and from the source archive alone."""
 
 import json
+import os
 import subprocess
 import sys
 import tarfile
@@ -26,8 +27,14 @@ print(json.dumps({"from": terazi.__file__, "last": [int(of_c[-1]), round(of_mode
 
 
 def python(*arguments, cwd=ROOT):
+    # What runs from an unpacked wheel is no coverage of the tree.
+    environment = {**os.environ, "COVERAGE_PROCESS_CONFIG": ""}
     done = subprocess.run(
-        [sys.executable, *map(str, arguments)], cwd=cwd, capture_output=True, text=True
+        [sys.executable, *map(str, arguments)],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
