@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Lines are for people, who can wait: gcc would copy these into every caller. */
-#define COMPACT __attribute__((noinline))
+#define COMPACT __attribute__((noinline, cold))
 
 COMPACT static void put_char(text_line_t *line, char character)
 {
