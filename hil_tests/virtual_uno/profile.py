@@ -98,7 +98,7 @@ class Figures:
 
 
 class Profile:
-    """Context manager: profiles while it is open; the figures are there at any time."""
+    """Context manager: profiles while it is open; the figures are there afterwards."""
 
     def __init__(self, uno, names):
         self._uno = uno
@@ -119,7 +119,7 @@ class Profile:
 
     @property
     def figures(self):
-        """Figures of the profile; complete once the context was left."""
+        """Figures of the profile, once its context has been left."""
         return self._figures
 
     def _read(self):

@@ -29,6 +29,15 @@ static void port_written(avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
+/* simavr's own also tells listeners of every read; there are none, and polling loops are many. */
+static uint8_t pin_read(avr_t *avr, avr_io_addr_t addr, void *param)
+{
+    const uint8_t output = avr->data[addr + 1U]; /* DDRx, and PORTx behind it */
+
+    (void)param;
+    return (uint8_t)((avr->data[addr] & ~output) | (avr->data[addr + 2U] & output));
+}
+
 static void pin_write(avr_t *avr, avr_io_addr_t addr, uint8_t v, void *param)
 {
     const pins_t *pins = &((uno_t *)param)->pins;
@@ -52,6 +61,8 @@ void pins_init(uno_t *uno)
         pins->toggle_param[i]    = uno->avr->io[io].w.param;
         uno->avr->io[io].w.c     = pin_write;
         uno->avr->io[io].w.param = uno;
+        uno->avr->io[io].r.c     = pin_read;
+        uno->avr->io[io].r.param = uno;
     }
 }
 

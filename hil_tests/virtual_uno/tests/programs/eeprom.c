@@ -13,13 +13,11 @@ ISR(EE_READY_vect)
 
 static void write(uint8_t addr, uint8_t value, uint8_t mode)
 {
-    EECR  = mode;
-    EEAR  = addr;
-    EEDR  = value;
+    EECR = mode;
+    EEAR = addr;
+    EEDR = value;
     PORTD |= _BV(PD3);
-    __asm__ volatile("sbi %0, %1\n\tsbi %0, %2"
-                     :
-                     : "I"(_SFR_IO_ADDR(EECR)), "I"(EEMPE), "I"(EEPE));
+    __asm__ volatile("sbi %0, %1\n\tsbi %0, %2" : : "I"(_SFR_IO_ADDR(EECR)), "I"(EEMPE), "I"(EEPE));
 }
 
 static void wait(void)
@@ -42,9 +40,7 @@ int main(void)
     write(0x10, 0x5A, 0);
     EEAR = 0x11; /* while busy: refused */
     EEDR = 0x77;
-    __asm__ volatile("sbi %0, %1\n\tsbi %0, %2"
-                     :
-                     : "I"(_SFR_IO_ADDR(EECR)), "I"(EEMPE), "I"(EEPE));
+    __asm__ volatile("sbi %0, %1\n\tsbi %0, %2" : : "I"(_SFR_IO_ADDR(EECR)), "I"(EEMPE), "I"(EEPE));
     wait();
     read_back = read(0x10);
     write(0x10, 0x00, _BV(EEPM0)); /* erase only */
@@ -55,8 +51,8 @@ int main(void)
     write(0x10, 0xF3, _BV(EEPM1));
     wait();
     written_only = read(0x10);
-    EEAR = 0x12;
-    EEDR = 0x99;
+    EEAR         = 0x12;
+    EEDR         = 0x99;
     __asm__ volatile("sbi %0, %1\n\tnop\n\tnop\n\tnop\n\tnop\n\tsbi %0, %2"
                      :
                      : "I"(_SFR_IO_ADDR(EECR)), "I"(EEMPE), "I"(EEPE));

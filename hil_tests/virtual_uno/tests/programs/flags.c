@@ -8,8 +8,14 @@ volatile uint8_t flags_both, flags_after_out, flags_after_sbi;
 volatile uint8_t late_entries, masked_entries, port_after_toggle, woke, done;
 volatile uint8_t false_edges, real_edges;
 
-ISR(TIMER0_OVF_vect) { late_entries++; }
-ISR(PCINT0_vect) { woke = 1; }
+ISR(TIMER0_OVF_vect)
+{
+    late_entries++;
+}
+ISR(PCINT0_vect)
+{
+    woke = 1;
+}
 
 static void two_flags(void) /* TOV1 and OCF1A of a timer in normal mode */
 {

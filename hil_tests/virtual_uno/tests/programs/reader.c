@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reads every conversion by polling and sends it: 4 bytes, big end first: 24 bits and, in the low
  * byte, DOUT after pulse 25. `extra_pulses` adds to the 25, `hold` stops reading, `power_down`
- * holds PD_SCK high; the test pokes them. */
+ * holds PD_SCK high, `hang` 1 loops and 2 sleeps for ever; the test pokes them. */
 #include <avr/io.h>
 #include <avr/wdt.h>
 
@@ -35,6 +35,10 @@ int main(void)
     for (;;) {
         if (hang) {
             wdt_enable(WDTO_15MS);
+            while (hang == 2) { /* interrupts are off: only the watchdog can end this sleep */
+                SMCR = _BV(SE);
+                __asm__ volatile("sleep");
+            }
             for (;;) {}
         }
         if (power_down) {

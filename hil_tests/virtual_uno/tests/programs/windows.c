@@ -6,7 +6,10 @@
 
 volatile uint8_t ticks;
 
-ISR(TIMER0_OVF_vect) { ticks++; }
+ISR(TIMER0_OVF_vect)
+{
+    ticks++;
+}
 
 /* From the end of CLI to the end of SEI: 20 nop + 1. */
 __attribute__((noinline)) void section_of_21(void)
