@@ -59,9 +59,12 @@ class Board:
     """A board that has just started, with nothing read from it yet.
 
     link : terazi.link.Link over it; its clock is simulated where the board is.
+    simulated : nothing comes between the board and its link: no boot loader that clears the
+        reset cause, no port driver that drops what came before it was ready.
     """
 
     link: Link
+    simulated: bool
 
     def wait(self, seconds):
         """Let time go by; gives the messages that came in, HELLO included."""
@@ -101,6 +104,8 @@ class Board:
 class VirtualBoard(Board):
     """A simulated Uno; `uno` is virtual_uno.Uno, with all that it can do."""
 
+    simulated = True
+
     def __init__(self, **how):
         from virtual_uno import Uno  # only here: a real board needs no simulator
 
@@ -129,6 +134,8 @@ class VirtualBoard(Board):
 
 class RealBoard(Board):
     """An Uno on a serial port. Opening the port resets it."""
+
+    simulated = False
 
     def __init__(self, port):
         self._port = port

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "rate.h"
 
+/* Longer than the driver waits for any conversion; 63 of them sum up to less than 2^24. */
+#define INTERVAL_LIMIT_US (1UL << 18)
+
 void rate_init(rate_t *rate)
 {
     *rate = (rate_t){0};
@@ -26,6 +29,7 @@ static bool is_within(uint32_t period_us, uint32_t interval_us, uint32_t toleran
 
 bool rate_update(rate_t *rate, uint32_t interval_us)
 {
+    if (interval_us >= INTERVAL_LIMIT_US) { return false; }
     if (rate->period_us == 0U) {
         start_over(rate, interval_us);
         return false;

@@ -6,8 +6,8 @@
  *           stamps enters twice however many intervals there are. After 64 the older half fades.
  * Start     16 intervals in agreement. Lost conversions make intervals longer, never shorter: until
  *           then a shorter one than the candidate takes its place.
- * Formats   intervals: us, 1..2^18 (600 ms time-out of the driver)    rate: Hz, Q16
- * Bad data  what disagrees is left out; 16 in a row that disagree are a new rate
+ * Formats   intervals: us, below 2^18 (the slowest rate is 3.8 Hz)    rate: Hz, Q16
+ * Bad data  what is longer or disagrees is left out; 16 in a row that disagree are a new rate
  * Context   single caller, not from an ISR
  */
 #ifndef RATE_H
