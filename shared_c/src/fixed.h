@@ -8,6 +8,7 @@
 #ifndef FIXED_H
 #define FIXED_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "port_fixed.h"
@@ -29,11 +30,18 @@ static inline void fixed_count(uint16_t *counter)
     if (*counter != UINT16_MAX) { ++*counter; }
 }
 
-/* value inside the converter's 24 bits; each clamped value is counted. One unsigned comparison of
- * the upper byte finds both sides: whatever lies below wraps round to the top. */
+/* Whether value fits in the converter's 24 bits: its top byte repeats the sign of the one below. */
+static inline bool fixed_is_counts(int32_t value)
+{
+    const uint8_t sign = ((uint8_t)(value >> 16) & 0x80U) != 0U ? 0xFFU : 0U;
+
+    return (uint8_t)(value >> 24) == sign;
+}
+
+/* value inside the converter's 24 bits; each clamped value is counted. */
 static inline int32_t fixed_clamp_counts(int32_t value, uint16_t *clipped)
 {
-    if (((uint32_t)value - (uint32_t)FIXED_COUNTS_MIN) >> 24 == 0U) { return value; }
+    if (fixed_is_counts(value)) { return value; }
     fixed_count(clipped);
     return value < 0 ? FIXED_COUNTS_MIN : FIXED_COUNTS_MAX;
 }

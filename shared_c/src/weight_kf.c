@@ -3,7 +3,7 @@
 
 #include "fixed.h"
 #include "port_assert.h"
-#include "port_rom.h"
+#include "port_weight_kf.h"
 
 /* counts * 2^7, for -2^23 <= counts < 2^23. Up by a byte, which still fits in 32 bits, and down by
  * a bit: avr-gcc makes a loop of a shift by seven. */
@@ -23,13 +23,25 @@ void weight_kf_init(weight_kf_t *kf, const weight_kf_config_t *config, int32_t f
     kf->estimate_counts_q7 = counts_to_q7(fixed_clamp_counts(first_counts, &kf->clipped));
 }
 
+static int32_t update_within(weight_kf_t *kf, int32_t measured_counts) /* |.| <= 2^23 */
+{
+    const uint8_t step = kf->step;
+    const uint8_t next = (uint8_t)(step + 1U);
+
+    if (next != kf->config->gain_len) { kf->step = next; } /* else the steady gain is held */
+    /* The gain is at most 1: the estimate never passes the measurement. */
+    return port_weight_kf_step(&kf->estimate_counts_q7, measured_counts,
+                               &kf->config->gain_q15[step]);
+}
+
+/* Aside, so that the usual way pays nothing for it. */
+__attribute__((noinline)) static int32_t update_clamped(weight_kf_t *kf, int32_t measured_counts)
+{
+    return update_within(kf, fixed_clamp_counts(measured_counts, &kf->clipped));
+}
+
 int32_t weight_kf_update(weight_kf_t *kf, int32_t measured_counts)
 {
-    const int32_t  z_q7     = counts_to_q7(fixed_clamp_counts(measured_counts, &kf->clipped));
-    const int32_t  diff_q7  = z_q7 - kf->estimate_counts_q7; /* |.| <= 2^31 - 2^7: both in 24.7 */
-    const uint16_t gain_q15 = port_rom_u16(&kf->config->gain_q15[kf->step]);
-
-    kf->estimate_counts_q7 += fixed_mul_q15(diff_q7, gain_q15); /* gain <= 1: never passes z */
-    if (kf->step < kf->config->gain_len - 1U) { ++kf->step; }   /* else the steady gain is held */
-    return kf->estimate_counts_q7;
+    if (!fixed_is_counts(measured_counts)) { return update_clamped(kf, measured_counts); }
+    return update_within(kf, measured_counts);
 }
