@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* port_fir - the FIR's inner loop, folded about its middle. Contract: shared_c/src/port_fir.h
  *
- *   int32_t port_fir_fold(const uint8_t window[], const int16_t half_q15[], uint8_t pairs)
- *                         r25:r24                 r23:r22                   r20
+ *   int32_t port_fir_fold(const uint8_t ring[], const fir_config_t *config, uint8_t oldest)
+ *                         r25:r24               r23:r22                     r20
  *
  * The sum needs 40 bits, signed (see the contract), so everything here is modulo 2^40: bytes 0..4.
  * Products are gathered in three columns, each 3 bytes wide, and added together once at the end:
@@ -15,11 +15,19 @@
  * the coefficient to bytes 3 and 4), cl the coefficient's low byte, unsigned, ch its high byte,
  * signed: MULSU leaves the sign of the product in the carry, and SBC of zero extends it.
  * Bounds: column 0 <= pairs * 65025, column 8 in pairs * [-32640, 97410] + 64; both fit in their
- * 3 bytes up to 86 pairs, and a window has 16 at most.
- * Time: 58 cycles a pair, one more where the fold carries.
+ * 3 bytes up to 86 pairs, and a window has 32 at most.
+ *
+ * The ring's end is met once at most: the older samples are read upwards from `oldest`, the newer
+ * ones downwards, and of the two ways to an end of the ring the shorter one is no longer than
+ * half of it. So the pairs are done in two runs, with one step across the end between them.
+ * Time: 59 cycles a pair, one more where the fold carries.
  */
 
-#define acc0_0  r9  /* column 0 */
+#define ring_l  r6 /* where the ring begins */
+#define ring_h  r7
+#define ring_size r8 /* bytes of the ring, odd as the number of taps is; even: no middle is due */
+#define rest    r5 /* bytes of the second run + 1; 0: it has begun */
+#define acc0_0  r9 /* column 0 */
 #define acc0_1  r10
 #define acc0_2  r11
 #define acc8_0  r16 /* column 8; r16 and r17 take their start values by LDI */
@@ -36,14 +44,24 @@
 #define mirror2 r23
 #define cl      r22 /* ... and, once it is added, the coefficient */
 #define ch      r23
-#define left    r24 /* pairs left */
+#define left    r24 /* bytes left of the present run */
 #define zero    r25
-        /* X: older samples, upwards.  Y: newer samples, downwards.  Z: coefficients in ROM */
+        /* X: older samples, upwards.  Y: newer samples, downwards.  Z: coefficients
+         * T: they lie in RAM, else in ROM */
+
+/* Offsets in fir_config_t */
+#define CONFIG_HALF_Q15 0
+#define CONFIG_TAPS     2
+#define CONFIG_LOADED   3
 
         .section .text.port_fir_fold, "ax", @progbits
         .global port_fir_fold
         .type   port_fir_fold, @function
 port_fir_fold:
+        push    rest
+        push    ring_l
+        push    ring_h
+        push    ring_size
         push    acc0_0
         push    acc0_1
         push    acc0_2
@@ -56,14 +74,33 @@ port_fir_fold:
         push    r28
         push    r29
 
-        movw    r26, r24            /* X = window */
-        movw    r30, r22            /* Z = half_q15 */
+        movw    r30, r22            /* Z = config */
+        movw    ring_l, r24
+        movw    r26, r24
+        add     r26, r20
+        adc     r27, r1
+        movw    r28, r26            /* X = Y = the oldest sample, and behind the newest */
+        ldd     r18, Z + CONFIG_TAPS
+        ldd     r19, Z + CONFIG_LOADED
+        bst     r19, 0
+        ldd     r22, Z + CONFIG_HALF_Q15
+        ldd     r23, Z + CONFIG_HALF_Q15 + 1
+        movw    r30, r22
+        ldi     r19, 3
+        mul     r18, r19
+        mov     ring_size, r0
+        lsr     r18
+        mul     r18, r19
+        mov     rest, r0            /* 3 pairs: both runs */
         mov     left, r20
-        ldi     s0, 6
-        mul     left, s0
-        movw    r28, r26
-        add     r28, r0
-        adc     r29, r1             /* Y = behind the newest sample */
+        mov     r19, ring_size
+        sub     r19, r20
+        cp      r19, left
+        brsh    newer_ends_first
+        mov     left, r19
+newer_ends_first:
+        sub     rest, left
+        inc     rest
         clr     zero
         clr     acc0_0
         clr     acc0_1
@@ -74,6 +111,8 @@ port_fir_fold:
         clr     acc16_0
         clr     acc16_1
         ldi     acc16_2, 0xC0       /* -2^38: the samples' offset times the taps' sum */
+        tst     left
+        breq    run_ends
 
 next_pair:
         ld      s0, X+
@@ -85,8 +124,11 @@ next_pair:
         add     s0, mirror0
         adc     s1, mirror1
         adc     s2, mirror2
-        lpm     cl, Z+              /* leaves the carry alone */
+times_coefficient:
+        brts    from_ram            /* neither this nor a load touches the carry */
+        lpm     cl, Z+
         lpm     ch, Z+
+with_coefficient:
         brcc    no_carry
         add     acc16_1, cl
         adc     acc16_2, ch
@@ -116,9 +158,42 @@ no_carry:
         mulsu   ch, s2
         add     acc16_1, r0
         adc     acc16_2, r1
-        dec     left
+        subi    left, 3
         brne    next_pair
 
+run_ends:
+        tst     rest
+        breq    pairs_done
+        cp      r28, ring_l         /* Y at the ring's beginning? If not, X may be at its end */
+        cpc     r29, ring_h
+        breq    newer_wraps
+        movw    r26, ring_l
+        rjmp    second_run
+newer_wraps:
+        add     r28, ring_size
+        adc     r29, zero
+second_run:
+        mov     left, rest
+        clr     rest
+        dec     left
+        brne    next_pair
+pairs_done:
+        sbrs    ring_size, 0
+        rjmp    all_done
+        dec     ring_size
+        ld      s0, X+
+        ld      s1, X+
+        ld      s2, X+
+        ldi     left, 3
+        clc                         /* the middle sample is folded with nothing */
+        rjmp    times_coefficient
+
+from_ram:
+        ld      cl, Z+
+        ld      ch, Z+
+        rjmp    with_coefficient
+
+all_done:
         /* r25:r22 = (sum of the columns) >> 15, that is, bytes 2..4 of twice the sum and its sign.
          * Byte 0 of column 0 takes no part any more; r20 holds byte 1, r21 the sign of column 8. */
         mov     r21, acc8_2
@@ -153,5 +228,9 @@ no_carry:
         pop     acc0_2
         pop     acc0_1
         pop     acc0_0
+        pop     ring_size
+        pop     ring_h
+        pop     ring_l
+        pop     rest
         ret
         .size   port_fir_fold, . - port_fir_fold

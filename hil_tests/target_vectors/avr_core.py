@@ -15,6 +15,7 @@ from virtual_uno import Uno
 
 RUNNER_BAUD = 2_000_000
 REQUEST_MAX = 240
+FIR_LOADED = 255
 VALUES_PER_REQUEST = REQUEST_MAX // 4
 START_UP_S = 1e-3  # clearing .bss takes 0.3 ms; then the USART listens
 REPLY_TIMEOUT_S = 2.0  # simulated; the longest request takes about 20 ms
@@ -27,6 +28,10 @@ class AvrCore:
         self._uno = Uno(elf)
         self._uno.uart.host_baud = RUNNER_BAUD
         self._uno.run(START_UP_S)
+
+    def profile(self, functions: Sequence[str]):
+        """Context manager that counts the cycles of functions of the runner."""
+        return self._uno.profile(functions)
 
     def request(self, op: str, payload: bytes = b"") -> bytes:
         if len(payload) > REQUEST_MAX:
@@ -54,10 +59,27 @@ class AvrCore:
     def _u16(self, op: str, payload: bytes = b"") -> int:
         return struct.unpack("<H", self.request(op, payload))[0]
 
-    def fir(self, design: int, first_counts: int, samples: Sequence[int]) -> tuple[list[int], int]:
-        """Results and the count of clipped values."""
+    def fir(
+        self,
+        design: int | Sequence[int],
+        first_counts: int,
+        samples: Sequence[int],
+        *,
+        by_heart: bool = False,
+    ) -> tuple[list[int], int]:
+        """Results and the count of clipped values. A design by index, or all coefficients of one
+        to be loaded; by_heart: by the way that knows the default design's coefficients."""
+        if not isinstance(design, int):
+            if not self.fir_load(design):
+                raise ValueError(f"the chip refuses coefficients {list(design)}")
+            design = FIR_LOADED
         self.request("f", struct.pack("<Bi", design, first_counts))
-        return self._stream("F", samples), self._u16("c")
+        return self._stream("q" if by_heart else "F", samples), self._u16("c")
+
+    def fir_load(self, taps_q15: Sequence[int]) -> bool:
+        """Whether the chip takes these coefficients."""
+        half = taps_q15[: (len(taps_q15) + 1) // 2]
+        return bool(self.request("a", struct.pack(f"<B{len(half)}h", len(taps_q15), *half))[0])
 
     def weight_kf(
         self, schedule: int, first_counts: int, measured: Sequence[int]

@@ -19,8 +19,10 @@
 #include <string.h>
 
 enum {
-    OP_FIR_INIT         = 'f', /* design u8, first i32 */
+    OP_FIR_LOAD         = 'a', /* taps u8, half i16 each -> accepted u8 */
+    OP_FIR_INIT         = 'f', /* design u8 (DESIGN_LOADED: the one loaded last), first i32 */
     OP_FIR_UPDATE       = 'F', /* n x sample i32 -> n x result i32 */
+    OP_FIR_UPDATE_QUICK = 'q', /* the same by fir_update_default */
     OP_FIR_CLIPPED      = 'c', /* -> u16 */
     OP_WEIGHT_KF_INIT   = 'k', /* schedule u8, first i32 */
     OP_WEIGHT_KF_UPDATE = 'K', /* n x measurement i32 -> n x estimate i32 */
@@ -31,12 +33,8 @@ enum {
     OP_DECODE_INIT      = 'd',
     OP_DECODE           = 'D', /* bytes -> one frame_status_t a byte */
     OP_DECODED          = 'g', /* -> id, sequence, device_us u32, payload of the frame just ready */
-    REQUEST_MAX         = 240
-};
-
-static const fir_config_t *const fir_configs[] = {
-    [FIR_DESIGN_LOWPASS32]  = &fir_lowpass32,
-    [FIR_DESIGN_PASSBAND32] = &fir_passband32,
+    REQUEST_MAX         = 240,
+    DESIGN_LOADED       = 255
 };
 
 static const weight_kf_config_t *const kf_configs[] = {
@@ -45,6 +43,8 @@ static const weight_kf_config_t *const kf_configs[] = {
 };
 
 static fir_t           fir;
+static int16_t         fir_half_q15[FIR_HALF_MAX];
+static fir_config_t    fir_loaded;
 static weight_kf_t     kf;
 static frame_decoder_t decoder;
 static uint8_t         buffer[REQUEST_MAX]; /* request payload, then the reply's in its place */
@@ -79,6 +79,20 @@ static uint8_t put_u16(uint16_t value)
     return sizeof value;
 }
 
+static uint8_t load_fir(uint8_t len)
+{
+    memcpy(fir_half_q15, &buffer[1], len - 1U);
+    buffer[0] = fir_load(&fir_loaded, fir_half_q15, buffer[0]);
+    return 1;
+}
+
+static void init_fir(void)
+{
+    const uint8_t design = buffer[0];
+    fir_init(&fir, design == DESIGN_LOADED ? &fir_loaded : fir_designs[design],
+             get_i32(&buffer[1]));
+}
+
 static uint8_t encode(uint8_t len)
 {
     uint8_t wire[FRAME_WIRE_MAX];
@@ -105,10 +119,16 @@ static uint8_t decoded(void)
 static uint8_t serve(uint8_t op, uint8_t len)
 {
     switch (op) {
-    case OP_FIR_INIT: fir_init(&fir, fir_configs[buffer[0]], get_i32(&buffer[1])); return 0;
+    case OP_FIR_LOAD: return load_fir(len);
+    case OP_FIR_INIT: init_fir(); return 0;
     case OP_FIR_UPDATE:
         for (uint8_t i = 0; i < len; i = (uint8_t)(i + 4U)) {
             put_i32(&buffer[i], fir_update(&fir, get_i32(&buffer[i])));
+        }
+        return len;
+    case OP_FIR_UPDATE_QUICK:
+        for (uint8_t i = 0; i < len; i = (uint8_t)(i + 4U)) {
+            put_i32(&buffer[i], fir_update_default(&fir, get_i32(&buffer[i])));
         }
         return len;
     case OP_FIR_CLIPPED: return put_u16(fir.clipped);

@@ -12,11 +12,19 @@ def avr(runner_elf):
     return AvrCore(runner_elf)
 
 
+def fir_of(vector):
+    """Design, or coefficients to load; first value; samples."""
+    if "taps_q15" in vector.parameters:
+        design = [int(tap) for tap in vector.parameters["taps_q15"].split()]
+    else:
+        design = vector.parameter("design")
+    return design, vector.parameter("first_counts"), vector["sample_counts"]
+
+
+@pytest.mark.parametrize("by_heart", [False, True], ids=["generic", "by_heart"])
 @pytest.mark.parametrize("vector", golden("fir"), ids=str)
-def test_fir_reproduces_vector_bit_for_bit_on_avr(avr, vector):
-    results, clipped = avr.fir(
-        vector.parameter("design"), vector.parameter("first_counts"), vector["sample_counts"]
-    )
+def test_fir_reproduces_vector_bit_for_bit_on_avr(avr, vector, by_heart):
+    results, clipped = avr.fir(*fir_of(vector), by_heart=by_heart)
     assert results == vector["result_counts"]
     assert clipped == vector.parameter("clipped")
 

@@ -1,47 +1,98 @@
 /* SPDX-License-Identifier: MIT */
 #include "fir.h"
 
+#include "fir_designs.h"
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fir.h"
 
-enum { SAMPLE_BYTES = 3 };
+enum { HALF_UNITY_Q15 = 16384, UNITY_Q15 = 32768 };
 
-_Static_assert(2 * SAMPLE_BYTES * FIR_TAPS_MAX <= 255, "byte offsets into the window are uint8_t");
+_Static_assert(FIR_SAMPLE_BYTES *FIR_TAPS_MAX <= 255, "byte offsets into the window are uint8_t");
+_Static_assert(2 * FIR_HALF_MAX == FIR_TAPS_MAX, "the longest design's half");
 
-/* Write a sample at both its places, so that any taps neighbours are in order of age. */
-static void window_put(fir_t *fir, uint8_t at, int32_t sample_counts)
+bool fir_load(fir_config_t *config, const int16_t half_q15[], uint8_t taps)
 {
-    const uint8_t  taps   = fir->config->taps;
-    const uint32_t offset = (uint32_t)(sample_counts - FIXED_COUNTS_MIN); /* 0..2^24-1 */
-    uint8_t       *first  = &fir->window[(uint8_t)(at * SAMPLE_BYTES)];
-    uint8_t       *second = first + (uint8_t)(taps * SAMPLE_BYTES);
+    if (taps < 2U || taps > FIR_TAPS_MAX) { return false; }
+    int32_t sum       = 0; /* |.| <= 64 * 2^15 = 2^21 */
+    int32_t magnitude = 0;
+    for (uint8_t k = 0U; 2U * k < taps; ++k) {
+        const int32_t tap      = half_q15[k];
+        const bool    is_alone = 2U * k + 1U == taps; /* the middle one has no mirror image */
+        const int32_t both     = is_alone ? tap : 2 * tap;
 
-    first[0] = second[0] = (uint8_t)offset;
-    first[1] = second[1] = (uint8_t)(offset >> 8);
-    first[2] = second[2] = (uint8_t)(offset >> 16);
+        sum += both;
+        magnitude += both < 0 ? -both : both;
+    }
+    if (sum != UNITY_Q15 || magnitude >= 2L * UNITY_Q15) { return false; }
+    *config = (fir_config_t){.half_q15 = half_q15, .taps = taps, .loaded = true};
+    return true;
+}
+
+/* Write a sample at its place, and once more behind all of them where there is room: any taps
+ * neighbours are then in order of age, which straight code needs. */
+static void window_put(fir_t *fir, uint8_t at, uint8_t size, int32_t sample_counts)
+{
+    const uint32_t offset = (uint32_t)(sample_counts - FIXED_COUNTS_MIN); /* 0..2^24-1 */
+    uint8_t       *place  = &fir->window[at];
+
+    for (uint8_t copy = 0U; copy < 2U; ++copy) {
+        place[0] = (uint8_t)offset;
+        place[1] = (uint8_t)(offset >> 8);
+        place[2] = (uint8_t)(offset >> 16);
+        if (size > sizeof fir->window / 2U) { return; }
+        place += size;
+    }
+}
+
+static uint8_t window_size(const fir_config_t *config)
+{
+    return (uint8_t)(FIR_SAMPLE_BYTES * config->taps); /* <= 192 */
 }
 
 void fir_init(fir_t *fir, const fir_config_t *config, int32_t first_counts)
 {
-    PORT_ASSERT(config->taps >= 2U && config->taps <= FIR_TAPS_MAX && config->taps % 2U == 0U);
+    PORT_ASSERT(config->taps >= 2U && config->taps <= FIR_TAPS_MAX);
 
     fir->config         = config;
     fir->next           = 0U;
     fir->clipped        = 0U;
+    const uint8_t size  = window_size(config);
     const int32_t first = fixed_clamp_counts(first_counts, &fir->clipped);
-    for (uint8_t at = 0U; at < config->taps; ++at) { window_put(fir, at, first); }
+    for (uint8_t at = 0U; at < size; at = (uint8_t)(at + FIR_SAMPLE_BYTES)) {
+        window_put(fir, at, size, first);
+    }
+}
+
+/* The sample into the window in place of the oldest; `next` is then where the oldest one is. */
+static void take(fir_t *fir, int32_t sample_counts)
+{
+    const uint8_t size = window_size(fir->config);
+    uint8_t       next = fir->next;
+
+    window_put(fir, next, size, fixed_clamp_counts(sample_counts, &fir->clipped));
+    next      = (uint8_t)(next + FIR_SAMPLE_BYTES);
+    fir->next = next == size ? 0U : next;
 }
 
 int32_t fir_update(fir_t *fir, int32_t sample_counts)
 {
-    const fir_config_t *config = fir->config;
-
-    window_put(fir, fir->next, fixed_clamp_counts(sample_counts, &fir->clipped));
-    if (++fir->next == config->taps) { fir->next = 0U; }
-    /* `next` is now the oldest sample, and taps samples in order of age start there. */
-    const uint8_t *oldest = &fir->window[(uint8_t)(fir->next * SAMPLE_BYTES)];
-    const int32_t  sum    = port_fir_fold(oldest, config->half_q15, (uint8_t)(config->taps / 2U));
+    take(fir, sample_counts);
+    const int32_t sum = port_fir_fold(fir->window, fir->config, fir->next);
 
     return fixed_clamp_counts(sum, &fir->clipped); /* |sum| <= 2^24: sum |c| < 2 */
+}
+
+int32_t fir_update_default(fir_t *fir, int32_t sample_counts)
+{
+    if (fir->config != fir_designs[0]) { return fir_update(fir, sample_counts); }
+    take(fir, sample_counts);
+    const int32_t sum = port_fir_fold_default(&fir->window[fir->next], fir->config);
+
+    return fixed_clamp_counts(sum, &fir->clipped);
+}
+
+uint8_t fir_delay_half_samples(const fir_config_t *config)
+{
+    return (uint8_t)(config->taps - 1U);
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* port_fir - the FIR's inner loop, folded about its middle.
  *
- * Model     (sum_{k<pairs} c[k] (w[k] + w[2 pairs - 1 - k]) - 2^38 + 2^14) >> 15
+ * Model     (sum_{k<pairs} c[k] (w[k] + w[taps - 1 - k])  [+ c[pairs] w[pairs] if taps is odd]
+ *            - 2^38 + 2^14) >> 15,   pairs = taps / 2,   w[0] the oldest sample
  *           The window holds counts + 2^23, so that every byte is unsigned; as all taps sum to
  *           2^15, that offset adds 2^38, which is taken off here.
- * Formats   w: 24-bit, least byte first, 3 bytes each, oldest first; c: Q15 in ROM
+ * Formats   w: 24-bit, least byte first, 3 bytes each; c: Q15
  *           |sum| < 2^39, because sum |c| < 2^16: 40 bits are enough, and |result| <= 2^24
  */
 #ifndef PORT_FIR_H
@@ -12,6 +13,13 @@
 
 #include <stdint.h>
 
-int32_t port_fir_fold(const uint8_t window[], const int16_t half_q15[], uint8_t pairs);
+#include "fir.h"
+
+/* Of a ring of taps samples, the oldest of which begins at the byte `oldest`. */
+int32_t port_fir_fold(const uint8_t ring[], const fir_config_t *config, uint8_t oldest);
+
+/* Of samples in a row, for fir_designs[0], which is `config`. A port may know its coefficients by
+ * heart: firmware/port/generated. Its taps have room twice in the window. */
+int32_t port_fir_fold_default(const uint8_t row[], const fir_config_t *config);
 
 #endif

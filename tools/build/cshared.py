@@ -48,7 +48,7 @@ def _readable(header: str) -> str:
     """
     header = re.sub(r"^#define (\w+) .+", r"#define \1 ...", header, flags=re.MULTILINE)
     header = re.sub(r"^#(?!define \w+ \.\.\.$).*$", "", header, flags=re.MULTILINE)
-    return re.sub(r"^extern const ", "extern ", header, flags=re.MULTILINE)
+    return re.sub(r"^extern const (?!.*\*)", "extern ", header, flags=re.MULTILINE)
 
 
 def declarations() -> str:

@@ -32,10 +32,16 @@ def fir_header(spec: Spec) -> str:
             for at, design in enumerate(designs)
         ),
         "};",
+        f"enum {{ FIR_DESIGNS = {len(designs)} }};",
         "",
     ]
     for design in designs:
         lines += [f"/* {design['summary']} */", f"extern const fir_config_t fir_{design['name']};"]
+    lines += [
+        "",
+        "/* All of them by index; whoever uses this links every design. */",
+        "extern const fir_config_t *const fir_designs[FIR_DESIGNS];",
+    ]
     return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
 
 
@@ -45,15 +51,21 @@ def fir_source(spec: Spec) -> str:
     for design in spec.content["design"]:
         name = design["name"]
         taps = specs.fir_taps_q15(name).tolist()
-        half = taps[: len(taps) // 2]
+        half = taps[: (len(taps) + 1) // 2]
         lines += [
             f"/* all {len(taps)} sum to {sum(taps)}, their magnitudes to {sum(map(abs, taps))} */",
             f"static const int16_t {name}_half_q15[{len(half)}] PORT_ROM = {{",
             *_rows(half),
             "};",
-            f"const fir_config_t fir_{name} = {{ {name}_half_q15, {len(taps)} }};",
+            f"const fir_config_t fir_{name} = {{ {name}_half_q15, {len(taps)}, false }};",
             "",
         ]
+    lines += [
+        "const fir_config_t *const fir_designs[FIR_DESIGNS] = {",
+        *(f"    &fir_{design['name']}," for design in spec.content["design"]),
+        "};",
+        "",
+    ]
     return c_comment_head(spec) + "\n".join(lines)
 
 

@@ -10,7 +10,7 @@ from tools.gen.spec import Spec
 
 WIDTH, HEIGHT, MARGIN = 720, 360, 48
 FLOOR_DB = -90.0
-COLOURS = ("#0b6e99", "#b3541e", "#4c7a34", "#7a3b8f")
+COLOURS = ("#0b6e99", "#b3541e", "#4c7a34", "#7a3b8f", "#8a6d1b")
 FREQUENCIES = 401  # from 0 to half the rate
 
 

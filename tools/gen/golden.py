@@ -112,6 +112,32 @@ def fir_drafts() -> Iterator[Draft]:
             )
 
 
+# Loaded from settings: a notch whose neighbours pull hard, odd, and the least there is.
+LOADED = {
+    "odd7": [-3000, 4096, 9000, 12576, 9000, 4096, -3000],
+    "least2": [16384, 16384],
+}
+
+
+def fir_loaded_drafts() -> Iterator[Draft]:
+    """Coefficients in RAM against the twin."""
+    for design, taps in LOADED.items():
+        for name, (shows, first, samples) in signals(random.Random(SEED + 5)).items():
+            results, clipped = exact.fir(samples, taps, first)
+            yield Draft(
+                f"fir_loaded_{design}_{name}",
+                f"fir, coefficients {design} loaded into RAM: {shows}",
+                {"sample_counts": ANY_COUNTS, "result_counts": COUNTS},
+                list(zip(samples, results, strict=True)),
+                seed=str(SEED + 5),
+                parameters={
+                    "taps_q15": " ".join(map(str, taps)),
+                    "first_counts": str(first),
+                    "clipped": str(clipped),
+                },
+            )
+
+
 def weight_kf_drafts() -> Iterator[Draft]:
     """Gain schedules against their twin, and the published step table."""
     for index, schedule in enumerate(specs.weight_kf_schedules()):
@@ -277,7 +303,13 @@ def frame_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All golden vectors."""
-    return [*fir_drafts(), *weight_kf_drafts(), *mass_drafts(), *frame_drafts()]
+    return [
+        *fir_drafts(),
+        *fir_loaded_drafts(),
+        *weight_kf_drafts(),
+        *mass_drafts(),
+        *frame_drafts(),
+    ]
 
 
 def write_all(folder: Path = FOLDER) -> list[Path]:

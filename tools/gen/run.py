@@ -7,7 +7,15 @@ import argparse
 import sys
 from pathlib import Path
 
-from tools.gen import filters, fir_response, messages_c, messages_py, messages_spec, protocol_md
+from tools.gen import (
+    filters,
+    fir_asm,
+    fir_response,
+    messages_c,
+    messages_py,
+    messages_spec,
+    protocol_md,
+)
 from tools.gen.spec import ROOT, load
 
 GENERATED_C = "shared_c/generated"
@@ -25,6 +33,7 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/fir_designs.h": filters.fir_header(fir),
         f"{GENERATED_C}/fir_designs.c": filters.fir_source(fir),
         f"{GENERATED_C}/fir_response.svg": fir_response.page(fir),
+        "firmware/port/generated/port_fir_default.S": fir_asm.source(fir),
         f"{GENERATED_C}/weight_kf_gains.h": filters.kf_header(weight_kf),
         f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
     }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tools.measure.cycles import SCENARIOS, run_scenario
+from tools.measure.runner import measure_runner
 from tools.measure.sizes import measure_sizes
 from tools.measure.stack import StackDepth, measure_stack
 
@@ -43,8 +44,11 @@ def measure(elf: Path) -> Budget:
         "isr_cycles_max": max(run.isr_cycles_max for run in runs.values()),
         "cpu_load": {name: round(run.cpu_load, 4) for name, run in runs.items()},
         "cycles": {
-            key: max(run.cycles[key] for run in runs.values())
-            for key in next(iter(runs.values())).cycles
+            **{
+                key: max(run.cycles[key] for run in runs.values())
+                for key in next(iter(runs.values())).cycles
+            },
+            **{key: cost.max_cycles for key, cost in measure_runner().items()},
         },
     }
     return Budget(figures, stack, longest.irq_off_where)

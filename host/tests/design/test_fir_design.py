@@ -60,19 +60,23 @@ def test_quantising_moves_no_coefficient_by_more_than_one_step():
         assert np.abs(error).max() <= 1.0
 
 
-@pytest.mark.parametrize("taps", [2, 8, 16, 30, 64])
+@pytest.mark.parametrize("taps", [2, 3, 8, 15, 16, 30, 51, 63, 64])
 def test_quantised_coefficients_sum_to_one_for_any_length(taps):
     quantised = fir.quantise_q15(fir.frequency_sampling(taps, [1.0, 0.5][: max(1, taps // 4)]))
     assert quantised.sum() == 32768
 
 
 def test_design_refuses_what_cannot_be_built():
-    with pytest.raises(ValueError, match="even"):
-        fir.frequency_sampling(31, [1.0])
+    with pytest.raises(ValueError, match="2 taps"):
+        fir.frequency_sampling(1, [1.0])
     with pytest.raises(ValueError, match="half the rate"):
         fir.frequency_sampling(4, [1.0, 1.0, 1.0])
+    with pytest.raises(ValueError, match="no bin"):
+        fir.frequency_sampling(5, [1.0, 1.0, 1.0, 1.0])
     with pytest.raises(ValueError, match="not symmetric"):
         fir.quantise_q15([0.9, 0.1])
+    with pytest.raises(ValueError, match="finite"):
+        fir.quantise_q15([np.nan, 1.0, np.nan])
     with pytest.raises(ValueError, match=r"break fir\.h"):
         fir.quantise_q15(np.array([-0.8, 1.3, 1.3, -0.8]))
     with pytest.raises(ValueError, match="no FIR design"):

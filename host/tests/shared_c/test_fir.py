@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from terazi.cshared import FIR_DESIGNS, Fir, fir_block
+from terazi.design import fir as design_fir
 from terazi.design import specs
 from terazi.models import exact
 from terazi.models import fir as model
@@ -21,29 +22,87 @@ designs = st.sampled_from(FIR_DESIGNS)
 @st.composite
 def lawful_taps(draw):
     """Symmetric coefficients as fir.h allows them: sum 32768, magnitudes below 65536."""
-    pairs = draw(st.integers(1, 16))
-    half = draw(st.lists(st.integers(-8000, 8000), min_size=pairs, max_size=pairs))
-    half[draw(st.integers(0, pairs - 1))] += 16384 - sum(half)
-    if any(not -32768 <= tap <= 32767 for tap in half) or 2 * sum(map(abs, half)) >= 65536:
+    pairs, alone = draw(st.integers(1, 32)), draw(st.booleans())
+    alone = alone and pairs < 32
+    bound = min(8000, 60000 // pairs)
+    half = draw(st.lists(st.integers(-bound, bound), min_size=pairs, max_size=pairs))
+    middle = [2 * draw(st.integers(-bound, bound))] * alone
+    half[draw(st.integers(0, pairs - 1))] += 16384 - sum(half) - sum(middle) // 2
+    taps = half + middle + half[::-1]
+    if any(not -32768 <= tap <= 32767 for tap in taps) or sum(map(abs, taps)) >= 65536:
         half = [16384 // pairs] * pairs
+        middle = [0] * alone
         half[-1] += 16384 - sum(half)
-    return half + half[::-1]
+    return half + middle + half[::-1]
 
 
+def fir_of(vector, **way):
+    """The filter that a vector is about."""
+    if "taps_q15" in vector.parameters:
+        design = [int(tap) for tap in vector.parameters["taps_q15"].split()]
+    else:
+        design = vector.parameter("design")
+    return Fir(design, vector.parameter("first_counts"), **way)
+
+
+@pytest.mark.parametrize("by_heart", [False, True], ids=["generic", "by_heart"])
 @pytest.mark.parametrize("vector", golden("fir_"), ids=str)
-def test_fir_reproduces_vector_bit_for_bit(vector):
-    design = FIR_DESIGNS[int(vector.parameters["design"])]
-    fir = Fir(design, vector.parameter("first_counts"))
+def test_fir_reproduces_vector_bit_for_bit(vector, by_heart):
+    fir = fir_of(vector, by_heart=by_heart)
     assert [fir.update(x) for x in vector["sample_counts"]] == vector["result_counts"]
     assert fir.clipped == vector.parameter("clipped")
 
 
-@given(taps=lawful_taps(), first=any_int32, samples=st.lists(any_int32, max_size=80))
+@given(taps=lawful_taps(), first=any_int32, samples=st.lists(any_int32, max_size=140))
 def test_fir_is_its_exact_twin_for_any_lawful_coefficients(taps, first, samples):
     fir = Fir(taps, first)
     results, clipped = exact.fir(samples, taps, first)
     assert [fir.update(x) for x in samples] == results
     assert fir.clipped == clipped
+
+
+@given(
+    design=designs,
+    first=any_int32,
+    samples=st.lists(st.tuples(any_int32, st.booleans()), max_size=140),
+)
+def test_fir_answers_the_same_whichever_way_takes_which_sample(design, first, samples):
+    mixed, generic = Fir(design, first), Fir(design, first)
+    by_heart = mixed.copy(by_heart=True)
+    for sample, hearty in samples:
+        # One state, taken over from hand to hand.
+        way = by_heart if hearty else mixed
+        way.restore((mixed if hearty else by_heart).save())
+        other = mixed if hearty else by_heart
+        assert way.update(sample) == generic.update(sample)
+        other.restore(way.save())
+    assert mixed.clipped == by_heart.clipped == generic.clipped
+
+
+@given(design=designs, data=st.data())
+def test_fir_of_samples_backwards_is_the_result_backwards(design, data):
+    """Symmetric coefficients cannot tell past from future: linear phase."""
+    taps = Fir(design).taps
+    samples = data.draw(st.lists(counts, min_size=taps, max_size=taps + 40))
+    forwards = fir_block(samples, design)[taps - 1 :]
+    backwards = fir_block(samples[::-1], design)[taps - 1 :]
+    assert forwards.tolist() == backwards[::-1].tolist()
+
+
+@given(taps=lawful_taps(), data=st.data())
+def test_fir_never_leaves_the_bounds_that_its_coefficients_set(taps, data):
+    samples = data.draw(st.lists(st.integers(-(2**21), 2**21), min_size=1, max_size=70))
+    largest = max(map(abs, samples)) * sum(map(abs, taps))
+    assert np.abs(fir_block(samples, taps)).max() <= (largest + (1 << 14)) >> 15
+
+
+@pytest.mark.parametrize("design", FIR_DESIGNS)
+def test_fir_is_late_by_half_its_length_less_one(design):
+    fir = Fir(design, 0)
+    assert fir.delay_samples == (fir.taps - 1) / 2 == design_fir.delay_samples(range(fir.taps))
+    ramp = 64 * np.arange(4 * fir.taps)
+    late = ramp - fir_block(ramp, design)
+    assert np.all(late[fir.taps :] == 64 * fir.delay_samples)
 
 
 def test_fir_with_most_gain_on_worst_samples_does_not_overflow():
@@ -147,7 +206,11 @@ def test_fir_has_the_coefficients_of_the_specification():
 @pytest.mark.parametrize(
     "taps",
     [
-        [16384, 0, 16384],
+        [16384, 1, 16384],
+        [16384],
+        [-16384, 32768, 32768, -16384],
+        [16384, 40000, 16384],
+        [512] * 65,
         [20000, 12768],
         [16384, 16385],
         [8192] * 2,

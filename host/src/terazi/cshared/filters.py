@@ -54,12 +54,20 @@ def _pointer(array: np.ndarray):
 class Fir:
     """One FIR filter (fir.h).
 
-    design : name or index of fir.toml, or all coefficients in Q15 (even number, symmetric, sum
-        32768, magnitudes together below 65536).
+    design : name or index of fir.toml, or all coefficients in Q15 (2 to 64, symmetric, sum 32768,
+        magnitudes together below 65536), which then lie in memory as those from settings do.
     first_counts : the value that fills the window.
+    by_heart : use the way of the default design, fir_update_default; the answers are the same.
     """
 
-    def __init__(self, design: str | int | Sequence[int] = "lowpass32", first_counts: int = 0):
+    def __init__(
+        self,
+        design: str | int | Sequence[int] = "lowpass32",
+        first_counts: int = 0,
+        *,
+        by_heart: bool = False,
+    ):
+        self._update = lib.fir_update_default if by_heart else lib.fir_update
         if isinstance(design, str | int | np.integer):
             self._config = ffi.addressof(lib, f"fir_{_named(design, FIR_DESIGNS, 'FIR design')}")
         else:
@@ -68,17 +76,26 @@ class Fir:
         lib.fir_init(self._c, self._config, first_counts)
 
     def _own_config(self, taps: list[int]):
-        if len(taps) % 2 or not 2 <= len(taps) <= lib.FIR_TAPS_MAX or taps != taps[::-1]:
-            raise ValueError(f"taps must be symmetric, their number even and <= {lib.FIR_TAPS_MAX}")
-        if sum(taps) != 32768 or sum(map(abs, taps)) >= 65536:
+        if not 2 <= len(taps) <= lib.FIR_TAPS_MAX or taps != taps[::-1]:
+            raise ValueError(f"taps must be symmetric, 2 to {lib.FIR_TAPS_MAX} of them")
+        half = taps[: (len(taps) + 1) // 2]
+        if not all(-32768 <= tap <= 32767 for tap in half):
+            raise ValueError("taps must fit in Q15")
+        self._half_q15 = ffi.new("int16_t[]", half)  # config points to it
+        config = ffi.new("fir_config_t *")
+        if not lib.fir_load(config, self._half_q15, len(taps)):
             raise ValueError("taps must sum to 32768 and their magnitudes to less than 65536")
-        self._half_q15 = ffi.new("int16_t[]", taps[: len(taps) // 2])  # config points to it
-        return ffi.new("fir_config_t *", {"half_q15": self._half_q15, "taps": len(taps)})
+        return config
 
     @property
     def taps(self) -> int:
         """Length of the impulse response in samples."""
         return self._config.taps
+
+    @property
+    def delay_samples(self) -> float:
+        """Group delay: what the results are late by, at every frequency."""
+        return lib.fir_delay_half_samples(self._config) / 2
 
     @property
     def clipped(self) -> int:
@@ -87,7 +104,7 @@ class Fir:
 
     def update(self, sample_counts: int) -> int:
         """Take one sample, give one result, both in counts."""
-        return lib.fir_update(self._c, sample_counts)
+        return self._update(self._c, sample_counts)
 
     def block(self, samples_counts) -> np.ndarray:
         """Take (n,) samples, give (n,) int32 results."""
@@ -97,22 +114,26 @@ class Fir:
         return results
 
     def save(self) -> bytes:
-        """State, for restore() on a filter of the same design."""
-        window = bytes(ffi.buffer(self._c.window))[: 6 * self.taps]
+        """State, for restore() on a filter of the same length."""
+        window = bytes(ffi.buffer(self._c.window))[: lib.FIR_SAMPLE_BYTES * self.taps]
         return window + struct.pack("<BH", self._c.next, self._c.clipped)
 
     def restore(self, state: bytes) -> None:
         """Continue where save() was called."""
+        size = lib.FIR_SAMPLE_BYTES * self.taps
         window, rest = state[:-3], state[-3:]
-        if len(state) != 6 * self.taps + 3 or rest[0] >= self.taps:
+        if len(state) != size + 3 or rest[0] >= size or rest[0] % lib.FIR_SAMPLE_BYTES:
             raise ValueError(f"not the state of a FIR filter of {self.taps} taps")
-        ffi.buffer(self._c.window)[: len(window)] = window
+        whole = ffi.buffer(self._c.window)
+        for at in range(0, len(whole) - size + 1, size)[:2]:  # the second copy, where it has room
+            whole[at : at + size] = window
         self._c.next, self._c.clipped = struct.unpack("<BH", rest)
 
-    def copy(self) -> Fir:
+    def copy(self, *, by_heart: bool = False) -> Fir:
         """Another filter in the same state."""
         twin = object.__new__(Fir)
         twin.__dict__.update(self.__dict__)  # configuration is constant: shared
+        twin._update = lib.fir_update_default if by_heart else lib.fir_update
         twin._c = ffi.new("fir_t *", self._c[0])
         return twin
 

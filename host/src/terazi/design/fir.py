@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Linear-phase FIR design by frequency sampling, quantised to what fir.h takes."""
+"""Linear-phase FIR: frequency sampling, quantising to what fir.h takes, and what a filter does."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ ONE_Q15 = 32768
 def frequency_sampling(taps, magnitudes):
     """Impulse response with given magnitudes at the bins of its own DFT.
 
-    taps : even number of coefficients, N.
+    taps : number of coefficients, N.
     magnitudes : (m,) float64, m <= N/2 + 1, wanted |H| at k rate/N for k = 0..m-1; 0 beyond.
     Returns (N,) float64, symmetric; H(0) is exactly magnitudes[0].
 
     Weighing thesis, frequency sampling; Rabiner and Gold 1975, ch. 3 (type 1 sampling):
-    h[n] = (H_0 + 2 sum_{k=1}^{N/2-1} H_k cos(2 pi k (n - (N-1)/2) / N)) / N.  For even N a
-    linear-phase filter has H = 0 at half the rate, so a wish there cannot be met.
+    h[n] = (H_0 + 2 sum_k H_k cos(2 pi k (n - (N-1)/2) / N)) / N, k = 1 .. below N/2.  For even N
+    a linear-phase filter has H = 0 at half the rate, so a wish there cannot be met.
     """
     magnitudes = np.asarray(magnitudes, dtype=np.float64)
-    if taps % 2 or taps < 2:
-        raise ValueError(f"taps must be even, not {taps}")
-    if magnitudes.size > taps // 2 and np.any(magnitudes[taps // 2 :]):
-        raise ValueError("an even symmetric filter is zero at half the rate")
+    if taps < 2:
+        raise ValueError(f"at least 2 taps are needed, not {taps}")
+    bins = (taps + 1) // 2  # those below half the rate
+    if np.any(magnitudes[bins:]):
+        raise ValueError("there is no bin to sample there; an even filter is 0 at half the rate")
     centred = np.arange(taps) - (taps - 1) / 2
     response = np.full(taps, magnitudes[0])
-    for k, magnitude in enumerate(magnitudes[1 : taps // 2], start=1):
+    for k, magnitude in enumerate(magnitudes[1:bins], start=1):
         response += 2 * magnitude * np.cos(2 * np.pi * k * centred / taps)
     return response / taps
 
@@ -34,24 +35,30 @@ def frequency_sampling(taps, magnitudes):
 def quantise_q15(response):
     """Nearest symmetric Q15 coefficients whose sum is exactly 32768.
 
-    response : (N,) float64, symmetric, N even, sum near 1.
+    response : (N,) float64, symmetric, sum near 1.
     Returns (N,) int64.
 
     Rounding alone leaves the sum off by a few; it is mended in pairs where that moves the value
-    least against its rounding error (largest remainder), so that a constant passes unchanged.
+    least against its rounding error (largest remainder), so that a constant passes unchanged. The
+    middle one of an odd number must then be even.
     """
     response = np.asarray(response, dtype=np.float64)
+    if response.ndim != 1 or response.size < 2 or not np.all(np.isfinite(response)):
+        raise ValueError("a response is a row of at least 2 finite numbers")
     if not np.allclose(response, response[::-1], atol=1e-12, rtol=0):
         raise ValueError("response is not symmetric")
-    half = response[: response.size // 2] / response.sum() * ONE_Q15
+    wanted = response / response.sum() * ONE_Q15
+    pairs = response.size // 2
+    middle = [2 * np.floor(wanted[pairs] / 2 + 0.5)] if response.size % 2 else []
+    half = wanted[:pairs]
     rounded = np.floor(half + 0.5)
-    missing = int(ONE_Q15 // 2 - rounded.sum())
+    missing = int((ONE_Q15 - sum(middle)) // 2 - rounded.sum())
     # Stable order of how much each would like to be moved, ties by place: the same on any machine.
     wish = np.round((half - rounded) * np.sign(missing), 9)
     order = sorted(range(half.size), key=lambda k: (-wish[k], k))
-    for k in order[: abs(missing)]:
-        rounded[k] += np.sign(missing)
-    quantised = np.concatenate([rounded, rounded[::-1]]).astype(np.int64)
+    for turn in range(abs(missing)):
+        rounded[order[turn % pairs]] += np.sign(missing)
+    quantised = np.concatenate([rounded, middle, rounded[::-1]]).astype(np.int64)
     if quantised.sum() != ONE_Q15 or np.abs(quantised).sum() >= 2 * ONE_Q15:
         raise ValueError("coefficients break fir.h: sum 32768 and sum of magnitudes below 65536")
     if np.abs(quantised).max() > ONE_Q15 - 1:
@@ -78,3 +85,8 @@ def settling_samples(coefficients, within):
     step = np.cumsum(np.asarray(coefficients, dtype=np.float64)) / np.sum(coefficients)
     outside = np.flatnonzero(np.abs(step - 1) > within)
     return int(outside[-1] + 2) if outside.size else 1
+
+
+def delay_samples(coefficients):
+    """Group delay of symmetric coefficients, in samples, the same at every frequency."""
+    return (len(coefficients) - 1) / 2

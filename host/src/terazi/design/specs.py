@@ -7,7 +7,7 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
-from terazi.design import fir, weight_kf
+from terazi.design import fir, weight_kf, windows
 
 INSTALLED = Path(__file__).with_name("specs")
 CHECKOUT = Path(__file__).resolve().parents[4] / "shared_c" / "spec"
@@ -40,10 +40,13 @@ def fir_design(choice: str | int) -> dict:
 def fir_taps(choice: str | int):
     """(N,) float64: the design's coefficients before they are quantised."""
     design = fir_design(choice)
-    if design["method"] != "frequency_sampling":
-        raise ValueError(f"{design['name']}: unknown method {design['method']}")
-    magnitudes = [1.0] * design["passband_bins"] + list(design["transition"])
-    return fir.frequency_sampling(design["taps"], magnitudes)
+    if design["method"] == "frequency_sampling":
+        magnitudes = [1.0] * design["passband_bins"] + list(design["transition"])
+        return fir.frequency_sampling(design["taps"], magnitudes)
+    if design["method"] in windows.WINDOWS:
+        rate_hz = design["nominal_rate_hz"]
+        return windows.lowpass(design["method"], design["taps"], design["cutoff_hz"], rate_hz)
+    raise ValueError(f"{design['name']}: unknown method {design['method']}")
 
 
 def fir_taps_q15(choice: str | int):

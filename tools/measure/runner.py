@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Cycles of the shared modules in the vector runner: variants that the firmware need not call.
+
+The runner is linked from the firmware's own objects, so that a call costs what it costs there.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from target_vectors.avr_core import AvrCore
+from terazi.design import specs
+from virtual_uno.profile import Cost
+
+RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
+SEED = 7
+RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """A function, and what makes the chip call it with all sorts of data."""
+
+    function: str
+    drive: Callable[[AvrCore], object]
+
+
+def samples(count: int = 240) -> list[int]:
+    """Noise of full scale, a resting weight, both rails for longer than any window, and beyond."""
+    rng = random.Random(SEED)
+    noise = [rng.randint(RAIL_LOW, RAIL_HIGH) for _ in range(count)]
+    weight = [429_550 + rng.randint(-100, 100) for _ in range(count)]
+    rails = [RAIL_HIGH] * 70 + [RAIL_LOW] * 70 + [RAIL_HIGH + 1, RAIL_LOW - 1] * 4
+    return noise + weight + rails
+
+
+def fir_case(design: int | list[int], *, by_heart: bool = False) -> Case:
+    function = "fir_update_default" if by_heart else "fir_update"
+    return Case(function, lambda core: core.fir(design, 0, samples(), by_heart=by_heart))
+
+
+def _fir_design(name: str) -> int:
+    return [design["name"] for design in specs.fir_designs()].index(name)
+
+
+def _cases() -> dict[str, Case]:
+    cases = {
+        f"fir_{design['name']}": fir_case(index)
+        for index, design in enumerate(specs.fir_designs())
+        if index > 0
+    }
+    loaded = specs.fir_taps_q15("lowpass32").tolist()
+    return {
+        "fir32_default": fir_case(0, by_heart=True),
+        "fir32_loaded": fir_case(loaded),
+        "fir64_generic": fir_case(_fir_design("lowpass64")),
+        **cases,
+    }
+
+
+CASES = _cases()
+"""Key of the budget's [cycles] -> what is measured for it."""
+
+
+def measure_runner(elf: Path = RUNNER, cases: dict[str, Case] = CASES) -> dict[str, Cost]:
+    """Cost of each case; a whole call as the budget counts it."""
+    core = AvrCore(elf)
+    costs = {}
+    for key, case in cases.items():
+        with core.profile([case.function]) as profile:
+            case.drive(core)
+        costs[key] = profile.figures.functions[case.function]
+    return costs
