@@ -112,6 +112,7 @@ def test_log_goes_to_the_folder_for_temporary_files_where_the_state_cannot_be_ke
 
 def test_terminal_shows_each_stage_with_its_part_done(play, image, monkeypatch):
     play(f"say({DONE!r})")
+    monkeypatch.setenv("TERM", "xterm")  # what the tests run in may be called dumb
     screen, said = io.StringIO(), io.StringIO()
     monkeypatch.setattr(cli, "errors", Console(file=screen, force_terminal=True, width=100))
     monkeypatch.setattr(cli, "out", Console(file=said, width=100))
