@@ -162,10 +162,31 @@ def test_fir_saved_restored_or_copied_continues_identically(design, before, afte
     assert copy.save() == restored.save() == fir.save()
 
 
-@given(samples=st.lists(any_int32, min_size=1, max_size=60))
-def test_fir_block_is_the_same_as_steps(samples):
-    fir = Fir("passband32", 0)
-    assert fir_block(samples, "passband32", 0).tolist() == [fir.update(x) for x in samples]
+@given(
+    design=st.one_of(designs, lawful_taps()),
+    first=any_int32,
+    blocks=st.lists(st.lists(any_int32, max_size=140), min_size=1, max_size=3),
+)
+def test_fir_block_is_the_same_as_steps_in_results_state_and_count(design, first, blocks):
+    """The block goes another way, in float64; whatever was before or comes after, none can tell."""
+    by_block, by_steps = Fir(design, first), Fir(design, first)
+    for block in blocks:
+        assert by_block.block(block).tolist() == [by_steps.update(x) for x in block]
+        assert by_block.save() == by_steps.save()
+        assert by_block.update(77) == by_steps.update(77)
+
+
+@pytest.mark.parametrize("length", [511, 512, 513, 1024, 1500])
+@pytest.mark.parametrize("design", FIR_DESIGNS)
+def test_fir_block_longer_than_a_tile_is_the_same_as_steps(design, length):
+    rng = np.random.default_rng(length)
+    samples = rng.integers(LOW - 1000, HIGH + 1000, length)
+    by_block, by_steps = Fir(design, 5), Fir(design, 5)
+    assert by_block.block(samples).tolist() == [by_steps.update(int(x)) for x in samples]
+    assert by_block.save() == by_steps.save()
+    assert by_block.clipped == by_steps.clipped
+    by_heart = by_block.copy(by_heart=True)
+    assert [by_heart.update(x) for x in range(99)] == [by_steps.update(x) for x in range(99)]
 
 
 def test_fir_counts_what_it_clips_and_the_counter_stops():

@@ -42,7 +42,7 @@ def _int32(values, what: str) -> np.ndarray:
     if array.size and array.dtype.kind not in "iu":
         raise TypeError(f"{what} must be integers, not {array.dtype}")
     converted = np.ascontiguousarray(array, dtype=np.int32)
-    if not np.array_equal(converted, array):
+    if array.dtype != np.int32 and not np.array_equal(converted, array):
         raise ValueError(f"{what} do not fit in 32 bits")
     return converted
 
