@@ -12,6 +12,7 @@
 #include "fir_designs.h"
 #include "frame.h"
 #include "mass.h"
+#include "runner_imu.h"
 #include "weight_kf.h"
 #include "weight_kf_gains.h"
 
@@ -153,7 +154,7 @@ static uint8_t serve(uint8_t op, uint8_t len)
         }
         return len;
     case OP_DECODED: return decoded();
-    default: return 0;
+    default: return runner_imu_serve(op, buffer, len);
     }
 }
 

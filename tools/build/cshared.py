@@ -30,13 +30,15 @@ MODULE = "_cshared"
 STAMP = ".build/cshared"  # a hash of everything that went into the last build, per variant
 
 SHARED = ROOT / "shared_c"
-PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h")
-GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h")
+PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "rest.h")
+GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_configs.h")
+BLOCKS = ("blocks", "imu_blocks")  # loops over arrays, beside the package
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]
-# cffi's own code for the address of a const struct; our C meets -Wall and more in tools/checks.
-OPTIMISE.append("-Wno-discarded-qualifiers")
+# cffi's own code for the address of a const struct or table; our C meets -Wall and more in
+# tools/checks.
+OPTIMISE += ["-Wno-discarded-qualifiers", "-Wno-discarded-array-qualifiers"]
 SANITIZE = ["-g", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-fno-wrapv", "-UNDEBUG"]
 COVERAGE = ["--coverage", "-O0"]  # optimised code has other branches than the source
 
@@ -55,14 +57,14 @@ def declarations() -> str:
     """What cffi is told: the public headers without directives, which they hardly have."""
     headers = [SHARED / "include" / name for name in PUBLIC_HEADERS]
     headers += [SHARED / "generated" / name for name in GENERATED_HEADERS]
-    headers.append(PACKAGE / "blocks.h")
+    headers += [PACKAGE / f"{name}.h" for name in BLOCKS]
     return "".join(_readable(path.read_text(encoding="utf-8")) for path in headers)
 
 
 def c_sources() -> list[Path]:
     """All of shared_c and the loops over arrays."""
     shared = [path for folder in SOURCE_FOLDERS for path in sorted((SHARED / folder).glob("*.c"))]
-    return [*shared, PACKAGE / "blocks.c"]
+    return [*shared, *(PACKAGE / f"{name}.c" for name in BLOCKS)]
 
 
 def include_dirs() -> list[Path]:
@@ -88,7 +90,7 @@ def build(target: Path, *, sanitize: bool = False, coverage: Path | None = None)
 
     ffi = FFI()
     ffi.cdef(declarations())
-    headers = (*PUBLIC_HEADERS, *GENERATED_HEADERS, "blocks.h")
+    headers = (*PUBLIC_HEADERS, *GENERATED_HEADERS, *(f"{name}.h" for name in BLOCKS))
     windows = os.name == "nt"
     compile_args = OPTIMISE + (SANITIZE if sanitize else []) + (COVERAGE if coverage else [])
     link_args = ["-fsanitize=undefined"] if sanitize else []

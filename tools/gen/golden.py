@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from terazi.design import specs
-from terazi.models import exact
+from terazi.models import exact, exact_imu
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
@@ -46,7 +46,8 @@ class Draft:
 def generator_mark() -> str:
     """Which code made the vectors: a hash of it, and the commit it stood on."""
     digest = hashlib.sha256()
-    for path in (Path(__file__), Path(exact.__file__), Path(specs.__file__)):
+    twins = [Path(module.__file__) for module in (exact, exact_imu, specs)]
+    for path in (*sorted(Path(__file__).parent.glob("golden*.py")), *twins):
         digest.update(path.read_bytes())
     head = subprocess.run(
         ["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True
@@ -303,12 +304,15 @@ def frame_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All golden vectors."""
+    from tools.gen import golden_imu  # which takes Draft from here
+
     return [
         *fir_drafts(),
         *fir_loaded_drafts(),
         *weight_kf_drafts(),
         *mass_drafts(),
         *frame_drafts(),
+        *golden_imu.drafts(),
     ]
 
 

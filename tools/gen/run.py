@@ -15,6 +15,7 @@ from tools.gen import (
     messages_py,
     messages_spec,
     protocol_md,
+    rest_configs,
 )
 from tools.gen.spec import ROOT, load
 
@@ -24,6 +25,7 @@ GENERATED_C = "shared_c/generated"
 def outputs() -> dict[str, str]:
     """Path below the root -> text, for everything that comes from shared_c/spec."""
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
+    rest = load("rest")
     wire = messages_spec.parse(messages)
     return {
         f"{GENERATED_C}/messages.h": messages_c.header(messages, wire),
@@ -36,6 +38,8 @@ def outputs() -> dict[str, str]:
         "firmware/port/generated/port_fir_default.S": fir_asm.source(fir),
         f"{GENERATED_C}/weight_kf_gains.h": filters.kf_header(weight_kf),
         f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
+        f"{GENERATED_C}/rest_configs.h": rest_configs.header(rest),
+        f"{GENERATED_C}/rest_configs.c": rest_configs.source(rest),
     }
 
 

@@ -15,15 +15,19 @@ from terazi.cshared.filters import (
     weight_kf_block,
 )
 from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
+from terazi.cshared.imu import REST_RATES, ImuCal, Rest
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
 
 __all__ = [
     "FIR_DESIGNS",
+    "REST_RATES",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
     "Fir",
     "Frame",
     "FrameDecoder",
+    "ImuCal",
+    "Rest",
     "WeightKf",
     "crc16",
     "encode_frame",

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""imu_cal and rest as they run on the chip; the wire is described in ``runner_imu.c``."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+
+from target_vectors.avr_core import AvrCore
+
+VECTORS_PER_REQUEST = 40
+SAMPLES_PER_REQUEST = 18
+# rest_config_t's fields in order; the chip pads nothing.
+REST_LAYOUT = {
+    "enter_acc_counts": "h",
+    "leave_acc_counts": "h",
+    "enter_gyro_counts": "h",
+    "leave_gyro_counts": "h",
+    "bias_max_counts": "h",
+    "lowpass_q16": "h",
+    "still_rounds": "B",
+    "gain_len": "B",
+    "gravity2_min": "I",
+    "gravity2_max": "I",
+}
+
+
+def imu_cal(
+    core: AvrCore,
+    matrix_q16: Sequence[int],
+    offset_q16: Sequence[int],
+    slope_q16: Sequence[int],
+    raws: Iterable[Sequence[int]],
+    above_reference: Iterable[int],
+) -> tuple[list[tuple[int, ...]], int]:
+    """Calibrated vectors and the count of clipped ones; the matrix row by row."""
+    config = struct.pack("<9h3h3i", *matrix_q16, *slope_q16, *offset_q16)
+    if core.request("i", config) != b"\1":
+        raise ValueError("the chip refuses the calibration")
+    results: list[tuple[int, ...]] = []
+    pairs = zip(above_reference, raws, strict=True)
+    for warmth, group in groupby(pairs, key=lambda pair: pair[0]):
+        core.request("t", struct.pack("<h", warmth))
+        vectors = [raw for _, raw in group]
+        for at in range(0, len(vectors), VECTORS_PER_REQUEST):
+            part = vectors[at : at + VECTORS_PER_REQUEST]
+            payload = b"".join(struct.pack("<3h", *raw) for raw in part)
+            results += struct.iter_unpack("<3h", core.request("I", payload))
+    return results, struct.unpack("<H", core.request("j"))[0]
+
+
+def rest(
+    core: AvrCore, config: Mapping[str, int], samples: Sequence[Sequence[int]]
+) -> tuple[list[tuple[int, ...]], int, int]:
+    """(flags, bias x, y, z) after each sample of gyro x y z, acc x y z; rejected, implausible."""
+    fields = [config[field] for field in REST_LAYOUT]
+    layout = "<" + "".join(REST_LAYOUT.values()) + "6h"
+    if core.request("r", struct.pack(layout, *fields, *samples[0])) != b"\1":
+        raise ValueError("the chip refuses the configuration")
+    results: list[tuple[int, ...]] = []
+    for at in range(0, len(samples), SAMPLES_PER_REQUEST):
+        part = samples[at : at + SAMPLES_PER_REQUEST]
+        reply = core.request("R", b"".join(struct.pack("<6h", *sample) for sample in part))
+        results += struct.iter_unpack("<B3i", reply)
+    return results, *struct.unpack("<HH", core.request("s"))

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+#include "runner_imu.h"
+
+#include "imu_cal.h"
+#include "rest.h"
+
+#include <string.h>
+
+enum {
+    OP_IMU_CAL_INIT        = 'i', /* imu_cal_config_t as the chip lays it out -> accepted u8 */
+    OP_IMU_CAL_TEMPERATURE = 't', /* i16 */
+    OP_IMU_CAL_APPLY       = 'I', /* n x raw 3 i16 -> n x calibrated 3 i16 */
+    OP_IMU_CAL_CLIPPED     = 'j', /* -> u16 */
+    OP_REST_INIT           = 'r', /* rest_config_t, gyro 3 i16, acc 3 i16 -> accepted u8 */
+    OP_REST_UPDATE         = 'R', /* n x gyro 3 i16, acc 3 i16 -> n x flags u8, bias 3 i32 */
+    OP_REST_COUNTS         = 's', /* -> rejected u16, implausible u16 */
+    VECTOR_BYTES           = 6,
+    SAMPLE_BYTES           = 2 * VECTOR_BYTES,
+    SAMPLES_MAX            = 18
+};
+
+static imu_cal_config_t cal_config;
+static imu_cal_t        cal;
+static rest_config_t    rest_config;
+static rest_t           rest;
+
+static uint8_t init_cal(uint8_t buffer[])
+{
+    memcpy(&cal_config, buffer, sizeof cal_config);
+    buffer[0] = imu_cal_is_lawful(&cal_config);
+    if (buffer[0]) { imu_cal_init(&cal, &cal_config); }
+    return 1;
+}
+
+static uint8_t apply_cal(uint8_t buffer[], uint8_t len)
+{
+    for (uint8_t at = 0; at < len; at = (uint8_t)(at + VECTOR_BYTES)) {
+        int16_t vector[3];
+        memcpy(vector, &buffer[at], sizeof vector);
+        imu_cal_apply(&cal, vector, vector);
+        memcpy(&buffer[at], vector, sizeof vector);
+    }
+    return len;
+}
+
+static uint8_t init_rest(uint8_t buffer[])
+{
+    int16_t gyro[3], acc[3];
+    memcpy(&rest_config, buffer, sizeof rest_config);
+    memcpy(gyro, &buffer[sizeof rest_config], sizeof gyro);
+    memcpy(acc, &buffer[sizeof rest_config + sizeof gyro], sizeof acc);
+    buffer[0] = rest_is_lawful(&rest_config);
+    if (buffer[0]) { rest_init(&rest, &rest_config, gyro, acc); }
+    return 1;
+}
+
+static uint8_t update_rest(uint8_t buffer[], uint8_t len)
+{
+    uint8_t samples[SAMPLES_MAX * SAMPLE_BYTES]; /* the reply is longer than the request */
+    uint8_t reply = 0;
+
+    memcpy(samples, buffer, len); /* len <= sizeof samples: the host keeps to it */
+    for (uint8_t at = 0; at < len; at = (uint8_t)(at + SAMPLE_BYTES)) {
+        int16_t gyro[3], acc[3];
+        memcpy(gyro, &samples[at], sizeof gyro);
+        memcpy(acc, &samples[at + VECTOR_BYTES], sizeof acc);
+        buffer[reply++] = rest_update(&rest, gyro, acc);
+        memcpy(&buffer[reply], rest.bias_q16, sizeof rest.bias_q16);
+        reply = (uint8_t)(reply + sizeof rest.bias_q16);
+    }
+    return reply;
+}
+
+uint8_t runner_imu_serve(uint8_t op, uint8_t buffer[], uint8_t len)
+{
+    int16_t warmth;
+    switch (op) {
+    case OP_IMU_CAL_INIT: return init_cal(buffer);
+    case OP_IMU_CAL_TEMPERATURE:
+        memcpy(&warmth, buffer, sizeof warmth);
+        imu_cal_set_temperature(&cal, warmth);
+        return 0;
+    case OP_IMU_CAL_APPLY: return apply_cal(buffer, len);
+    case OP_IMU_CAL_CLIPPED: memcpy(buffer, &cal.clipped, sizeof cal.clipped); return 2;
+    case OP_REST_INIT: return init_rest(buffer);
+    case OP_REST_UPDATE: return update_rest(buffer, len);
+    case OP_REST_COUNTS:
+        memcpy(buffer, &rest.rejected, 2);
+        memcpy(&buffer[2], &rest.implausible, 2);
+        return 4;
+    default: return 0;
+    }
+}

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""Twins of imu_cal.h and rest.h in Python's unbounded integers, straight from their contracts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from terazi.models.exact import COUNTER_MAX, rounded_shift
+
+INT16_MIN, INT16_MAX = -(1 << 15), (1 << 15) - 1
+RAILS = (INT16_MIN, INT16_MAX)
+BLOCK_ROUNDS = 16
+AT_REST, BIAS_KNOWN = 1, 2
+
+Vector = Sequence[int]
+
+
+def imu_cal(
+    raws: Iterable[Vector],
+    matrix_q16: Sequence[Vector],
+    offset_q16: Vector,
+    slope_q16: Vector = (0, 0, 0),
+    above_reference: Iterable[int] | None = None,
+) -> tuple[list[tuple[int, ...]], int]:
+    """Calibrated vectors of imu_cal.h and its count of clipped ones.
+
+    above_reference : temperature in counts at each vector; None: the reference's throughout.
+    """
+    raws = list(raws)
+    warmths = [0] * len(raws) if above_reference is None else list(above_reference)
+    results, clipped = [], 0
+    for raw, warmth in zip(raws, warmths, strict=True):
+        wanted = [
+            raw[row]
+            + rounded_shift(
+                sum(d * value for d, value in zip(matrix_q16[row], raw, strict=True))
+                - offset_q16[row]
+                - slope_q16[row] * warmth,
+                16,
+            )
+            for row in range(3)
+        ]
+        limited = tuple(min(max(value, INT16_MIN), INT16_MAX) for value in wanted)
+        if any(value in RAILS for value in (*raw, *limited)):
+            clipped = min(clipped + 1, COUNTER_MAX)
+        results.append(limited)
+    return results, clipped
+
+
+class Rest:
+    """rest.h; `config` has the fields of rest_config_t, gains_q15 the table."""
+
+    def __init__(
+        self, config: Mapping[str, int], gains_q15: Sequence[int], gyro: Vector, acc: Vector
+    ) -> None:
+        self.config, self.gains_q15 = config, gains_q15
+        self.low_q16 = [value << 16 for value in (*acc, *gyro)]
+        self.bias_q16 = [0, 0, 0]
+        self.sums = [0, 0, 0]
+        self.samples = 0
+        self.rounds = 0  # ended since motion or, at rest, in this block
+        self.blocks = 0
+        self.at_rest = self.bias_known = False
+        self.rejected = self.implausible = 0
+
+    def interrupt(self) -> None:
+        """A gap in time."""
+        self.at_rest, self.rounds = False, 0
+
+    def update(self, gyro: Vector, acc: Vector) -> int:
+        """One sample; gives the flags."""
+        visit = self.samples % 6
+        self.samples += 1
+        learning_visit = self.at_rest and self.rounds == BLOCK_ROUNDS + 1 and visit < 3
+        if learning_visit:
+            self._learn(visit)
+        elif not self._is_still(visit, (*acc, *gyro)[visit]):
+            self.interrupt()
+            return self.flags
+        elif self.at_rest and visit >= 3:
+            self._gather(visit - 3, gyro[visit - 3])
+        if visit == 5:
+            self._end_round()
+        return self.flags
+
+    @property
+    def flags(self) -> int:
+        """What update answers."""
+        return AT_REST * self.at_rest | BIAS_KNOWN * self.bias_known
+
+    def _is_still(self, visit: int, sample: int) -> bool:
+        if sample in RAILS:
+            self.rejected = min(self.rejected + 1, COUNTER_MAX)
+            return False
+        sensor = "acc" if visit < 3 else "gyro"
+        off = sample - (self.low_q16[visit] >> 16)
+        off = min(max(off, INT16_MIN), INT16_MAX)
+        self.low_q16[visit] += self.config["lowpass_q16"] * off
+        limit = self.config[f"{'leave' if self.at_rest else 'enter'}_{sensor}_counts"]
+        turning = visit >= 3 and abs(self.low_q16[visit] >> 16) > self.config["bias_max_counts"]
+        return abs(off) <= limit and not turning
+
+    def _gather(self, axis: int, sample: int) -> None:
+        if self.rounds < BLOCK_ROUNDS:
+            self.sums[axis] = sample + (self.sums[axis] if self.rounds else 0)
+
+    def _learn(self, axis: int) -> None:
+        mean_q16 = self.sums[axis] * (65536 // BLOCK_ROUNDS)
+        gain_q15 = self.gains_q15[self.blocks - 1]
+        self.bias_q16[axis] += rounded_shift((mean_q16 - self.bias_q16[axis]) * gain_q15, 15)
+
+    def _end_round(self) -> None:
+        ended, self.rounds = self.rounds, self.rounds + 1
+        if not self.at_rest:
+            if self.rounds == self.config["still_rounds"]:
+                self.at_rest, self.rounds = True, 0
+        elif ended == BLOCK_ROUNDS:
+            square = sum((low >> 16) ** 2 for low in self.low_q16[:3])
+            if self.config["gravity2_min"] <= square <= self.config["gravity2_max"]:
+                self.blocks = min(self.blocks + 1, self.config["gain_len"])
+            else:
+                self.implausible = min(self.implausible + 1, COUNTER_MAX)
+                self.rounds = 0
+        elif ended == BLOCK_ROUNDS + 1:
+            self.bias_known, self.rounds = True, 0
