@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import subprocess
 
-REFERENCE_COMPILER = "5.4"  # Debian 12, Ubuntu 24.04; newer ones choose other code
+REFERENCE_COMPILER = "5.4"  # Debian 12 has it; newer compilers choose other code
 
 
 def compiler_version() -> str:
