@@ -32,7 +32,7 @@ static inline int32_t port_mac_i16(int32_t sum, int16_t a, int16_t b)
             "adc   %C[s], r1      \n\t"
             "adc   %D[s], %[zero] \n\t"
             "clr   r1             \n\t"
-            : [s] "+r"(sum)
+            : [s] "+&r"(sum)
             : [a] "a"(a), [b] "a"(b), [zero] "r"(zero)
             : "r0");
     return sum;

@@ -29,7 +29,7 @@
 enum {
     REST_BLOCK_ROUNDS   = 16,
     REST_GAIN_LEN_MAX   = 128,
-    REST_GYRO_LIMIT_MAX = 2046, /* leave_gyro + bias_max, so that samples fit int16 in Q4 */
+    REST_GYRO_LIMIT_MAX = 2046, /* leave_gyro + bias_max, so that a block fits int16 */
     REST_ACC_LIMIT_MAX  = 16383
 };
 
@@ -54,9 +54,9 @@ typedef struct {
 
 typedef struct {
     const rest_config_t *config;
-    int32_t              bias_q16[3]; /* gyroscope, counts, Q16: take this off it */
-    int32_t              low_q16[6];  /* accelerometer, gyroscope, counts, Q16 */
-    int32_t  sum_q4[3];   /* of the gyroscope over the block so far, counts, Q4, <= 2^19 */
+    int32_t              bias_q16[3];   /* gyroscope, counts, Q16: take this off it */
+    int32_t              low_q16[6];    /* accelerometer, gyroscope, counts, Q16 */
+    int16_t              sum_counts[3]; /* of the gyroscope over the block so far */
     uint32_t gravity2;    /* counts^2, of the low-passed acceleration where the block weighs it */
     uint16_t rejected;    /* samples on a rail, stops at 65535 */
     uint16_t implausible; /* blocks not learnt, stops at 65535 */

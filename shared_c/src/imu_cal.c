@@ -4,6 +4,7 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_i16.h"
+#include "port_imu_cal.h"
 
 enum {
     AXES      = 3,
@@ -50,28 +51,7 @@ void imu_cal_set_temperature(imu_cal_t *cal, int16_t above_reference_counts)
     }
 }
 
-/* One more value that is, or was, beyond what 16 bits hold. */
-static bool on_a_rail(int16_t value)
-{
-    return value == INT16_MAX || value == INT16_MIN;
-}
-
 void imu_cal_apply(imu_cal_t *cal, const int16_t raw_b_counts[3], int16_t true_b_counts[3])
 {
-    const int16_t  x = raw_b_counts[0], y = raw_b_counts[1], z = raw_b_counts[2];
-    const int16_t *d       = cal->config->matrix_q16[0];
-    const int32_t *added   = cal->added_q16;
-    bool           clipped = false;
-
-    for (uint8_t row = 0U; row < AXES; ++row) {
-        const int16_t raw        = raw_b_counts[row];
-        int32_t       sum        = *added++;
-        sum                      = port_mac_i16(sum, *d++, x);
-        sum                      = port_mac_i16(sum, *d++, y);
-        sum                      = port_mac_i16(sum, *d++, z); /* |sum| < 2^31 */
-        const int16_t calibrated = port_add_sat_i16(raw, (int16_t)(sum >> 16));
-        clipped |= on_a_rail(raw) || on_a_rail(calibrated);
-        true_b_counts[row] = calibrated;
-    }
-    if (clipped) { fixed_count(&cal->clipped); }
+    if (port_imu_cal(cal, raw_b_counts, true_b_counts)) { fixed_count(&cal->clipped); }
 }

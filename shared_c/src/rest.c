@@ -11,10 +11,11 @@ enum {
     AXES         = 3,
     VISITS       = 6,
     ROUND_WEIGHS = REST_BLOCK_ROUNDS,
-    ROUND_LEARNS = REST_BLOCK_ROUNDS + 1
+    ROUND_LEARNS = REST_BLOCK_ROUNDS + 1,
+    MEAN_Q16     = 65536L / REST_BLOCK_ROUNDS /* of a sum; a product is quicker than a shift */
 };
 
-_Static_assert(REST_BLOCK_ROUNDS << 4 == 256, "a block's mean is its sum in Q4, moved by a byte");
+_Static_assert((REST_GYRO_LIMIT_MAX + 1) * REST_BLOCK_ROUNDS <= INT16_MAX, "a block's sum fits");
 
 static int16_t whole(int32_t value_q16)
 {
@@ -62,7 +63,7 @@ void rest_interrupt(rest_t *rest)
 static PORT_OUTLINE void learn(rest_t *rest, uint8_t axis)
 {
     const int32_t  bias_q16 = rest->bias_q16[axis];
-    const int32_t  mean_q16 = rest->sum_q4[axis] * 256L; /* <= 2^27 */
+    const int32_t  mean_q16 = port_mac_i16(0, rest->sum_counts[axis], MEAN_Q16); /* <= 2^27 */
     const uint16_t gain_q15 = port_rom_u16(&rest_gain_q15[rest->blocks - 1U]);
 
     /* gain <= 1: the bias never passes the mean */
@@ -128,10 +129,6 @@ static PORT_OUTLINE bool visit_acc(rest_t *rest, uint8_t axis, int16_t sample)
     const rest_config_t *config  = rest->config;
     const bool           at_rest = (rest->flags & REST_AT_REST) != 0U;
 
-    if (at_rest && rest->rounds == ROUND_LEARNS) { /* in place of a look, to cost no more */
-        learn(rest, axis);
-        return true;
-    }
     if (refused(rest, sample)) { return false; }
     const int16_t off = follow(&rest->low_q16[axis], sample, config->lowpass_q16);
     if (!at_rest) { return !beyond(off, config->enter_acc_counts); }
@@ -151,21 +148,29 @@ static PORT_OUTLINE bool visit_gyro(rest_t *rest, uint8_t axis, int16_t sample)
     if ((rest->flags & REST_AT_REST) == 0U) { return !beyond(off, config->enter_gyro_counts); }
     if (beyond(off, config->leave_gyro_counts)) { return false; }
     if (rest->rounds < REST_BLOCK_ROUNDS) {
-        const int16_t sample_q4 = (int16_t)(sample * 16); /* |sample| <= REST_GYRO_LIMIT_MAX + 1 */
-        rest->sum_q4[axis]      = rest->rounds == 0U ? sample_q4 : rest->sum_q4[axis] + sample_q4;
+        const int16_t before   = rest->rounds == 0U ? 0 : rest->sum_counts[axis];
+        rest->sum_counts[axis] = (int16_t)(before + sample); /* |sample| <= GYRO_LIMIT_MAX + 1 */
     }
+    return true;
+}
+
+/* Whether this visit showed no motion. */
+static bool visit_next(rest_t *rest, uint8_t visit, const int16_t gyro[3], const int16_t acc[3])
+{
+    if (visit >= AXES) { return visit_gyro(rest, (uint8_t)(visit - AXES), gyro[visit - AXES]); }
+    if (rest->rounds != ROUND_LEARNS || (rest->flags & REST_AT_REST) == 0U) {
+        return visit_acc(rest, visit, acc[visit]);
+    }
+    learn(rest, visit); /* in place of a look, so that no call costs both */
     return true;
 }
 
 uint8_t rest_update(rest_t *rest, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3])
 {
     const uint8_t visit = rest->visit;
-    const uint8_t axis  = visit < AXES ? visit : (uint8_t)(visit - AXES);
-    const bool    still = visit < AXES ? visit_acc(rest, axis, acc_b_counts[axis])
-                                       : visit_gyro(rest, axis, gyro_b_counts[axis]);
 
     rest->visit = visit == VISITS - 1U ? 0U : (uint8_t)(visit + 1U);
-    if (!still) {
+    if (!visit_next(rest, visit, gyro_b_counts, acc_b_counts)) {
         rest_interrupt(rest);
     } else if (visit == VISITS - 1U) {
         end_round(rest);
