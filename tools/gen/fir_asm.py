@@ -71,7 +71,8 @@ def column_bounds(taps: list[int]) -> dict[int, tuple[int, int]]:
     return {column: (least, most) for column, (least, most) in bounds.items()}
 
 
-def _signed(bounds: tuple[int, int]) -> bool:
+def is_signed(bounds: tuple[int, int]) -> bool:
+    """Whether a column must be read with its sign; ValueError where its bytes cannot tell."""
     least, most = bounds
     if least >= 0 and most < 1 << COLUMN_BITS:
         return False
@@ -199,7 +200,7 @@ def text_of(taps: list[int], name: str, origin: str) -> str:
         _tap(code, k, taps[k], SAMPLE_BYTES * (pairs - 1 - k))
     if alone:
         _tap(code, pairs, taps[pairs], None)
-    _end(code, {column: _signed(each) for column, each in bounds.items()})
+    _end(code, {column: is_signed(each) for column, each in bounds.items()})
     words = {f"column_{column}": f"{a} to {b}" for column, (a, b) in bounds.items()}
     head = HEAD.format(origin=origin, name=name, **words)
     foot = "        .size   port_fir_fold_default, . - port_fir_fold_default"

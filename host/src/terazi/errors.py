@@ -84,6 +84,12 @@ class FlashFailed(TeraziError):
     exit_code = 11
 
 
+class DesignMisses(TeraziError):
+    """A filter was designed, but does not do what was wished for."""
+
+    exit_code = 12
+
+
 class CommandRefused(TeraziError):
     """The board understood a command and said no."""
 

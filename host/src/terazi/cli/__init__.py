@@ -12,13 +12,14 @@ from terazi.errors import TeraziError
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 
-# In the order in which a newcomer needs them. A verb's module holds a function of its name.
-VERBS = ["ports", "flash", "info", "log", "replay", "report"]
+# In the order in which a newcomer needs them. A verb's module holds a function of its name, or a
+# group of verbs.
+VERBS = ["ports", "flash", "info", "log", "replay", "report", "design"]
 
 EPILOG = (
     "Exit codes: 0 fine, 2 usage or missing tool, 3 port missing, 4 port busy, 5 port vanished, "
     "6 no answer, 7 other protocol version, 8 cannot write, 9 cannot read, 10 replay disagrees, "
-    "11 flashing failed."
+    "11 flashing failed, 12 a design misses what was wished for."
 )
 
 
@@ -70,7 +71,11 @@ def _add_verbs() -> None:
     for verb in VERBS:
         if importlib.util.find_spec(f"terazi.cli.{verb}") is not None:
             module = importlib.import_module(f"terazi.cli.{verb}")
-            app.command(verb)(getattr(module, verb))
+            command = getattr(module, verb)
+            if isinstance(command, typer.Typer):
+                app.add_typer(command, name=verb)
+            else:
+                app.command(verb)(command)
 
 
 _add_verbs()

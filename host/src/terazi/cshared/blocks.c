@@ -35,7 +35,7 @@ static void fold_begin(fold_t *fold, const fir_t *fir)
     }
 }
 
-/* Where the loader can choose, the machine at hand gets its wide registers: more than twice as fast.
+/* Where the loader can choose, the machine at hand gets its wide registers: twice as fast.
  * There is no rounding that could differ. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define FOR_THIS_MACHINE __attribute__((target_clones("avx2", "default")))
