@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Host throughput of the chip's filters beside scipy, and how far fixed point lies from float64.
+"""Host throughput of the chip's filters beside others, and how far fixed point lies from float64.
 
-scipy filters the same samples in float64 with the same transfer function in the same run, so that
-the ratio says more than either figure on a machine that is busy with other things.
+scipy filters the same samples in float64 with the same transfer function, filterpy with the same
+equations a sample a call, all in the same run: the ratio says more than either figure on a machine
+that is busy with other things.
 """
 
 import time
 from collections.abc import Callable
 
 import numpy as np
+from filterpy.kalman import KalmanFilter
 from scipy.signal import lfilter
 
 from terazi import cshared
@@ -17,24 +19,29 @@ from terazi.models import weight_kf as weight_kf_model
 
 SAMPLES = 1 << 19
 ACCURACY_SAMPLES = 1 << 14  # the float64 Kalman model is a Python loop
+PER_SAMPLE_SAMPLES = 1 << 12  # for peers that take one sample a call
 ROUNDS = 5
 Q7 = 1 << 7
 SEED = 20
 
 
-def best_rate_per_s(count: int, *calls: Callable[[], object]) -> list[float]:
-    """Items a second of each call: the best of some rounds, taken in turn."""
+def best_seconds(*calls: Callable[[], object]) -> list[float]:
+    """Of each call the best of some rounds, taken in turn."""
     best_s = [float("inf")] * len(calls)
     for _ in range(ROUNDS):
         for place, call in enumerate(calls):
             start_s = time.perf_counter()
             call()
             best_s[place] = min(best_s[place], time.perf_counter() - start_s)
-    return [count / each_s for each_s in best_s]
+    return best_s
 
 
-def compared(count: int, ours: Callable, peer_name: str, peer: Callable) -> dict[str, object]:
-    ours_per_s, peer_per_s = best_rate_per_s(count, ours, peer)
+def compared(
+    count: int, ours: Callable, peer_name: str, peer: Callable, *, peer_count: int | None = None
+) -> dict[str, object]:
+    """Samples a second of both; peer_count: how many the peer takes, where it is much slower."""
+    ours_s, peer_s = best_seconds(ours, peer)
+    ours_per_s, peer_per_s = count / ours_s, (peer_count or count) / peer_s
     return {
         "ours_per_s": round(ours_per_s),
         "peer": peer_name,
@@ -51,31 +58,69 @@ def weighing_counts() -> np.ndarray:
     return np.rint(steps + shake + rng.normal(0, 39, SAMPLES)).astype(np.int32)
 
 
-def measure() -> tuple[dict, dict]:
-    """The `host` and `accuracy` parts of `./dev bench --json`."""
+def filterpy_estimates(counts: np.ndarray) -> np.ndarray:
+    """The same scalar filter by filterpy, as people use it: predict and update a sample a call."""
+    schedule = weight_kf_model.specs.weight_kf_schedule("default")
+    kf = KalmanFilter(dim_x=1, dim_z=1)
+    kf.F, kf.H = np.eye(1), np.eye(1)
+    kf.x = np.array([[float(counts[0])]])
+    kf.P, kf.Q, kf.R = (
+        np.array([[float(schedule[name])]]) for name in ("initial_var", "process_var", "noise_var")
+    )
+    estimates = np.empty(counts.size)
+    for n, measured in enumerate(counts.tolist()):
+        kf.predict()
+        kf.update(measured)
+        estimates[n] = kf.x[0, 0]
+    return estimates
+
+
+def throughput() -> dict[str, dict]:
+    """The rows of the chip's filters in the `host` part of `./dev bench --json`."""
     counts = weighing_counts()
     as_float = counts.astype(np.float64)
-    taps = fir_model.taps_q15("lowpass32") / 32768.0
     gain = weight_kf_model.gains("default")[-1]
-    host = {
-        "fir_block": compared(
+    few = counts[:PER_SAMPLE_SAMPLES]
+
+    def fir_beside_lfilter(design: str) -> dict[str, object]:
+        taps = fir_model.taps_q15(design) / 32768.0
+        return compared(
             SAMPLES,
-            lambda: cshared.fir_block(counts),
+            lambda: cshared.fir_block(counts, design),
             "scipy.signal.lfilter",
             lambda: lfilter(taps, 1.0, as_float),
-        ),
+        )
+
+    return {
+        "fir_block": fir_beside_lfilter("lowpass32"),
+        "fir_block_15": fir_beside_lfilter("hamming15"),
+        "fir_block_51": fir_beside_lfilter("passband51"),
+        "fir_block_64": fir_beside_lfilter("lowpass64"),
         "weight_kf_block": compared(
+            SAMPLES,
+            lambda: cshared.weight_kf_block(counts),
+            "filterpy.kalman.KalmanFilter, a sample a call",
+            lambda: filterpy_estimates(few),
+            peer_count=few.size,
+        ),
+        "weight_kf_block_beside_lfilter": compared(
             SAMPLES,
             lambda: cshared.weight_kf_block(counts),
             "scipy.signal.lfilter",
             lambda: lfilter([gain], [1.0, gain - 1.0], as_float),
         ),
     }
-    part = counts[:ACCURACY_SAMPLES]
-    fir_error = cshared.fir_block(part) - fir_model.fir(part)
-    kf_error = cshared.weight_kf_block(part) / Q7 - weight_kf_model.weight_kf(part)
-    accuracy = {
-        "fir_counts_max": round(float(np.abs(fir_error).max()), 4),
-        "weight_kf_counts_max": round(float(np.abs(kf_error).max()), 4),
+
+
+def accuracy() -> dict[str, float]:
+    """Largest differences in counts, all loads and jumps included."""
+    part = weighing_counts()[:ACCURACY_SAMPLES]
+    few = part[:PER_SAMPLE_SAMPLES]
+    differences = {
+        "fir_counts_max": cshared.fir_block(part) - fir_model.fir(part),
+        "weight_kf_counts_max": cshared.weight_kf_block(part) / Q7
+        - weight_kf_model.weight_kf(part),
+        "weight_kf_counts_max_from_filterpy": cshared.weight_kf_block(few) / Q7
+        - filterpy_estimates(few),
     }
-    return host, accuracy
+    return {name: round(float(np.abs(each).max()), 4) for name, each in differences.items()}

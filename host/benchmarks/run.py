@@ -13,30 +13,38 @@ POLLING_IMAGE = ROOT / ".build/bench/polling.elf"
 
 def measure() -> dict:
     """The object of ``--json``; its form stands in DESIGN.md."""
+    import cycles
     import filters
     import simulator
 
-    host, accuracy = filters.measure()
     polling = simulator.polling_image(IMAGE, POLLING_IMAGE)
     return {
-        "host": host,
+        "host": filters.throughput(),
         "bench_realtime_factor": simulator.realtime_factor(polling),
         "bench_realtime_factor_asleep": simulator.realtime_factor(IMAGE),
-        "accuracy": accuracy,
+        "accuracy": filters.accuracy(),
+        "cycles": cycles.measure(IMAGE),
     }
 
 
 def show(figures: dict) -> None:
-    print(f"{'host function':18} {'samples/s':>12} {'ratio':>7}  peer")
+    print(f"{'host function':30} {'samples/s':>12} {'ratio':>8}  peer")
     for name, row in figures["host"].items():
         peer = f"{row['peer']}, {row['peer_per_s']:,} samples/s"
-        print(f"{name:18} {row['ours_per_s']:12,} {row['ratio']:7.2f}  {peer}")
+        print(f"{name:30} {row['ours_per_s']:12,} {row['ratio']:8.2f}  {peer}")
     print("\nvirtual Uno, simulated seconds a second")
     print(f"  firmware polling {figures['bench_realtime_factor']:8.1f}")
     print(f"  firmware asleep  {figures['bench_realtime_factor_asleep']:8.1f}")
     print("\nfixed point against float64, largest difference in counts")
     for name, counts in figures["accuracy"].items():
-        print(f"  {name:20} {counts:10.4f}")
+        print(f"  {name:36} {counts:10.4f}")
+    cycles = figures["cycles"]
+    print(f"\n{'cycles of a whole call, AVR':30} {'least':>8} {'mean':>8} {'most':>8}")
+    for name, row in cycles["variants"].items():
+        print(f"{name:30} {row['min']:8} {row['mean']:8.0f} {row['max']:8}")
+    print("\nthe most that a call costs in the firmware while it weighs at 80 SPS")
+    for name, most in cycles["firmware_max"].items():
+        print(f"  {name:36} {most:10}")
 
 
 def main(arguments: list[str]) -> int:
