@@ -82,7 +82,8 @@ static uint8_t put_u16(uint16_t value)
 
 static uint8_t load_fir(uint8_t len)
 {
-    memcpy(fir_half_q15, &buffer[1], len - 1U);
+    const uint8_t sent = (uint8_t)(len - 1U); /* more than there is room for: to be refused */
+    memcpy(fir_half_q15, &buffer[1], sent < sizeof fir_half_q15 ? sent : sizeof fir_half_q15);
     buffer[0] = fir_load(&fir_loaded, fir_half_q15, buffer[0]);
     return 1;
 }

@@ -29,6 +29,14 @@ def test_fir_reproduces_vector_bit_for_bit_on_avr(avr, vector, by_heart):
     assert clipped == vector.parameter("clipped")
 
 
+def test_fir_load_refuses_on_avr_what_breaks_the_contract(avr):
+    assert avr.fir_load([16384, 16384])
+    assert not avr.fir_load([16384, 16383, 16384])  # sum
+    assert not avr.fir_load([-8192, 8192, 16384, 16384, 8192, -8192])  # gain
+    assert not avr.fir_load([512] * 65)  # length
+    assert not avr.fir_load([32767])
+
+
 @pytest.mark.parametrize("vector", golden("weight_kf"), ids=str)
 def test_weight_kf_reproduces_vector_bit_for_bit_on_avr(avr, vector):
     estimates, clipped = avr.weight_kf(

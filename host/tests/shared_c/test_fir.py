@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from terazi.cshared import FIR_DESIGNS, Fir, fir_block
+from terazi.cshared._cshared import ffi, lib
 from terazi.design import fir as design_fir
 from terazi.design import specs
 from terazi.models import exact
@@ -242,6 +243,35 @@ def test_fir_has_the_coefficients_of_the_specification():
 def test_fir_refuses_coefficients_that_break_the_contract(taps):
     with pytest.raises(ValueError, match="taps must"):
         Fir(taps)
+
+
+REFUSED_HALVES = {
+    "no taps": (0, []),
+    "one tap": (1, [32767]),
+    "too many": (65, [992] * 33),
+    "length that wraps": (255, [256] * 64),
+    "sum too small": (4, [8192, 8191]),
+    "sum too large": (3, [8192, 16385]),
+    "too much gain": (6, [-8192, 8192, 16384]),
+    "both extremes": (5, [-32768, 32767, 2]),
+}
+
+
+@pytest.mark.parametrize("reason", REFUSED_HALVES)
+def test_fir_load_refuses_in_c_and_leaves_the_configuration(reason):
+    taps, half = REFUSED_HALVES[reason]
+    config = ffi.new("fir_config_t *", {"taps": 99})
+    held = ffi.new("int16_t[]", half or [0])
+    assert not lib.fir_load(config, held, taps)
+    assert (config.taps, config.half_q15, config.loaded) == (99, ffi.NULL, False)
+
+
+@given(taps=lawful_taps())
+def test_fir_load_takes_whatever_is_lawful(taps):
+    config = ffi.new("fir_config_t *")
+    held = ffi.new("int16_t[]", taps[: (len(taps) + 1) // 2])
+    assert lib.fir_load(config, held, len(taps))
+    assert (config.taps, config.half_q15, config.loaded) == (len(taps), held, True)
 
 
 def test_fir_refuses_what_is_not_samples():
