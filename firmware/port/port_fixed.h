@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* port_fixed - the wide multiplication. AVR: eight MULs in place of avr-gcc's 64-bit routine. */
+/* port_fixed - products. AVR: MULs by hand in place of avr-gcc's routines. */
 #ifndef PORT_FIXED_H
 #define PORT_FIXED_H
 
@@ -26,6 +26,81 @@ static inline uint32_t port_mul_u16(uint16_t a, uint16_t b)
             "clr   r1             \n\t"
             : [r] "=&r"(result)
             : [a] "r"(a), [b] "r"(b), [zero] "r"(zero)
+            : "r0");
+    return result;
+}
+
+/* a * b, signed, all 32 bits. MULSU takes r16..r23 and leaves its product's sign in the carry. */
+static inline int32_t port_mul_i16(int16_t a, int16_t b)
+{
+    int32_t       result;
+    const uint8_t zero = 0U;
+
+    __asm__("muls  %B[a], %B[b]   \n\t"
+            "movw  %C[r], r0      \n\t"
+            "mul   %A[a], %A[b]   \n\t"
+            "movw  %A[r], r0      \n\t"
+            "mulsu %B[a], %A[b]   \n\t"
+            "sbc   %D[r], %[zero] \n\t"
+            "add   %B[r], r0      \n\t"
+            "adc   %C[r], r1      \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "mulsu %B[b], %A[a]   \n\t"
+            "sbc   %D[r], %[zero] \n\t"
+            "add   %B[r], r0      \n\t"
+            "adc   %C[r], r1      \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "clr   r1             \n\t"
+            : [r] "=&r"(result)
+            : [a] "a"(a), [b] "a"(b), [zero] "r"(zero)
+            : "r0");
+    return result;
+}
+
+/* a^2, unsigned, so that sums of three fit. FMULSU doubles: both middle products at once. */
+static inline uint32_t port_square_i16(int16_t a)
+{
+    uint32_t      result;
+    const uint8_t zero = 0U;
+
+    __asm__("muls   %B[a], %B[a]   \n\t"
+            "movw   %C[r], r0      \n\t"
+            "mul    %A[a], %A[a]   \n\t"
+            "movw   %A[r], r0      \n\t"
+            "fmulsu %B[a], %A[a]   \n\t"
+            "sbc    %D[r], %[zero] \n\t"
+            "add    %B[r], r0      \n\t"
+            "adc    %C[r], r1      \n\t"
+            "adc    %D[r], %[zero] \n\t"
+            "clr    r1             \n\t"
+            : [r] "=&r"(result)
+            : [a] "a"(a), [zero] "r"(zero)
+            : "r0");
+    return result;
+}
+
+/* a * b with |a| < 2^23, of which the lower three bytes are read; the caller bounds the product
+ * to 32 bits. */
+static inline int32_t port_mul_i24(int32_t a, int16_t b)
+{
+    const uint8_t low    = (uint8_t)a;
+    const int16_t high   = (int16_t)(a >> 8);
+    int32_t       result = port_mul_i16(high, b) * 256;
+    const uint8_t zero   = 0U;
+
+    __asm__("mul   %[l], %A[b]    \n\t"
+            "add   %A[r], r0      \n\t"
+            "adc   %B[r], r1      \n\t"
+            "adc   %C[r], %[zero] \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "mulsu %B[b], %[l]    \n\t"
+            "sbc   %D[r], %[zero] \n\t"
+            "add   %B[r], r0      \n\t"
+            "adc   %C[r], r1      \n\t"
+            "adc   %D[r], %[zero] \n\t"
+            "clr   r1             \n\t"
+            : [r] "+&r"(result)
+            : [l] "a"(low), [b] "a"(b), [zero] "r"(zero)
             : "r0");
     return result;
 }

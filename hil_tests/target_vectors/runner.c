@@ -13,6 +13,7 @@
 #include "frame.h"
 #include "mass.h"
 #include "runner_imu.h"
+#include "runner_mahony.h"
 #include "weight_kf.h"
 #include "weight_kf_gains.h"
 
@@ -155,7 +156,8 @@ static uint8_t serve(uint8_t op, uint8_t len)
         }
         return len;
     case OP_DECODED: return decoded();
-    default: return runner_imu_serve(op, buffer, len);
+    default:
+        return op <= '9' ? runner_mahony_serve(op, buffer, len) : runner_imu_serve(op, buffer, len);
     }
 }
 

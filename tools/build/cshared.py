@@ -30,9 +30,10 @@ MODULE = "_cshared"
 STAMP = ".build/cshared"  # a hash of everything that went into the last build, per variant
 
 SHARED = ROOT / "shared_c"
-PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "rest.h")
+PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "rest.h", "mahony.h")
 GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_configs.h")
-BLOCKS = ("blocks", "imu_blocks")  # loops over arrays, beside the package
+GENERATED_HEADERS += ("mahony_configs.h",)
+BLOCKS = ("blocks", "imu_blocks", "mahony_blocks")  # loops over arrays, beside the package
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]

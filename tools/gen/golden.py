@@ -304,7 +304,7 @@ def frame_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All golden vectors."""
-    from tools.gen import golden_imu  # which takes Draft from here
+    from tools.gen import golden_imu, golden_mahony  # which take Draft from here
 
     return [
         *fir_drafts(),
@@ -313,6 +313,7 @@ def drafts() -> list[Draft]:
         *mass_drafts(),
         *frame_drafts(),
         *golden_imu.drafts(),
+        *golden_mahony.drafts(),
     ]
 
 

@@ -11,6 +11,7 @@ from tools.gen import (
     filters,
     fir_asm,
     fir_response,
+    mahony_configs,
     messages_c,
     messages_py,
     messages_spec,
@@ -25,7 +26,7 @@ GENERATED_C = "shared_c/generated"
 def outputs() -> dict[str, str]:
     """Path below the root -> text, for everything that comes from shared_c/spec."""
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
-    rest = load("rest")
+    rest, mahony = load("rest"), load("mahony")
     wire = messages_spec.parse(messages)
     return {
         f"{GENERATED_C}/messages.h": messages_c.header(messages, wire),
@@ -40,6 +41,8 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
         f"{GENERATED_C}/rest_configs.h": rest_configs.header(rest),
         f"{GENERATED_C}/rest_configs.c": rest_configs.source(rest),
+        f"{GENERATED_C}/mahony_configs.h": mahony_configs.header(mahony),
+        f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
     }
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
-from tools.measure import runner_imu
+from tools.measure import runner_imu, runner_mahony
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
@@ -27,6 +27,7 @@ class Case:
 
     function: str
     drive: Callable[[AvrCore], object]
+    prepare: Callable[[AvrCore], object] | None = None  # done before, not measured
 
 
 def samples(count: int = 240) -> list[int]:
@@ -60,6 +61,15 @@ def _cases() -> dict[str, Case]:
         "fir64_generic": fir_case(_fir_design("lowpass64")),
         "imu_cal": Case("imu_cal_apply", runner_imu.drive_imu_cal),
         "rest": Case("rest_update", runner_imu.drive_rest),
+        **{
+            key: Case(function, runner_mahony.drive, runner_mahony.prepare)
+            for key, function in {
+                "mahony_6_axes": "mahony_update",
+                "mahony_mag": "mahony_update_mag",
+                "mahony_quaternion": "mahony_quaternion",
+                "mahony_euler": "mahony_euler",
+            }.items()
+        },
         **cases,
     }
 
@@ -73,6 +83,8 @@ def measure_runner(elf: Path = RUNNER, cases: dict[str, Case] = CASES) -> dict[s
     core = AvrCore(elf)
     costs = {}
     for key, case in cases.items():
+        if case.prepare:
+            case.prepare(core)
         with core.profile([case.function]) as profile:
             case.drive(core)
         costs[key] = profile.figures.functions[case.function]

@@ -16,10 +16,12 @@ from terazi.cshared.filters import (
 )
 from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
 from terazi.cshared.imu import REST_RATES, ImuCal, Rest
+from terazi.cshared.mahony import MAHONY_CONFIGS, Mahony, mahony_block
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
 
 __all__ = [
     "FIR_DESIGNS",
+    "MAHONY_CONFIGS",
     "REST_RATES",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
@@ -27,11 +29,13 @@ __all__ = [
     "Frame",
     "FrameDecoder",
     "ImuCal",
+    "Mahony",
     "Rest",
     "WeightKf",
     "crc16",
     "encode_frame",
     "fir_block",
+    "mahony_block",
     "mass_mg_block",
     "pack_message",
     "unpack_message",

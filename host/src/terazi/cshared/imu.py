@@ -140,6 +140,11 @@ class Rest(_State):
         lib.rest_init(self._c, self._config, *first)
 
     @property
+    def c_state(self):
+        """rest_t, for block functions that take it along."""
+        return self._c
+
+    @property
     def bias_q16(self) -> tuple[int, int, int]:
         """The gyroscope's bias in counts Q16."""
         return tuple(self._c.bias_q16)

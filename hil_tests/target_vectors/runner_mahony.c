@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "runner_mahony.h"
+
+#include "mahony.h"
+
+#include <string.h>
+
+enum {
+    OP_INIT         = '0', /* axes u8, mahony_config_t as the chip lays it out -> accepted u8 */
+    OP_UPDATE       = '1', /* n x sample_t -> n x result_t */
+    OP_COUNTS       = '2', /* -> mahony_counts_t */
+    OP_ACCELERATION = '3'  /* acc 3 i16 -> free of gravity 3 i16 */
+};
+
+typedef struct {
+    uint16_t gap_samples; /* missing before this one */
+    int16_t  gyro[3], acc[3], mag[3];
+    int32_t  bias_q16[3];
+} sample_t;
+
+typedef struct {
+    int32_t quat_wb_q30[4];
+    int16_t roll_q13, pitch_q13, yaw_q13;
+} result_t;
+
+static mahony_config_t config;
+static mahony_t        mahony;
+static mahony_euler_t  euler;
+static uint8_t         axes;
+
+static uint8_t init(uint8_t buffer[])
+{
+    axes = buffer[0];
+    memcpy(&config, &buffer[1], sizeof config);
+    buffer[0] = mahony_is_lawful(&config);
+    if (buffer[0]) { mahony_init(&mahony, &config); }
+    memset(&euler, 0, sizeof euler);
+    return 1;
+}
+
+static uint8_t update(uint8_t buffer[], uint8_t len)
+{
+    uint8_t reply = 0;
+
+    for (uint8_t at = 0; at < len; at = (uint8_t)(at + sizeof(sample_t))) {
+        sample_t sample;
+        result_t result;
+
+        memcpy(&sample, &buffer[at], sizeof sample); /* longer than the result: never overtaken */
+        if (sample.gap_samples != 0U) { mahony_gap(&mahony, sample.gap_samples); }
+        mahony_update(&mahony, sample.gyro, sample.acc, sample.bias_q16);
+        if (axes == 9U) { mahony_update_mag(&mahony, sample.mag); }
+        mahony_quaternion(&mahony, result.quat_wb_q30);
+        mahony_euler(&mahony, &euler);
+        result.roll_q13  = euler.roll_q13;
+        result.pitch_q13 = euler.pitch_q13;
+        result.yaw_q13   = euler.yaw_q13;
+        memcpy(&buffer[reply], &result, sizeof result);
+        reply = (uint8_t)(reply + sizeof result);
+    }
+    return reply;
+}
+
+static uint8_t free_acceleration(uint8_t buffer[])
+{
+    int16_t acc[3], free_b[3];
+
+    memcpy(acc, buffer, sizeof acc);
+    mahony_free_acceleration(&mahony, acc, free_b);
+    memcpy(buffer, free_b, sizeof free_b);
+    return sizeof free_b;
+}
+
+uint8_t runner_mahony_serve(uint8_t op, uint8_t buffer[], uint8_t len)
+{
+    switch (op) {
+    case OP_INIT: return init(buffer);
+    case OP_UPDATE: return update(buffer, len);
+    case OP_COUNTS:
+        memcpy(buffer, &mahony.counts, sizeof mahony.counts);
+        return sizeof mahony.counts;
+    case OP_ACCELERATION: return free_acceleration(buffer);
+    default: return 0;
+    }
+}
