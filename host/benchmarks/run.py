@@ -13,16 +13,17 @@ POLLING_IMAGE = ROOT / ".build/bench/polling.elf"
 
 def measure() -> dict:
     """The object of ``--json``; its form stands in DESIGN.md."""
+    import attitude
     import cycles
     import filters
     import simulator
 
     polling = simulator.polling_image(IMAGE, POLLING_IMAGE)
     return {
-        "host": filters.throughput(),
+        "host": filters.throughput() | attitude.throughput(),
         "bench_realtime_factor": simulator.realtime_factor(polling),
         "bench_realtime_factor_asleep": simulator.realtime_factor(IMAGE),
-        "accuracy": filters.accuracy(),
+        "accuracy": {**filters.accuracy(), "attitude": attitude.accuracy()},
         "cycles": cycles.measure(IMAGE),
     }
 
@@ -37,7 +38,9 @@ def show(figures: dict) -> None:
     print(f"  firmware asleep  {figures['bench_realtime_factor_asleep']:8.1f}")
     print("\nfixed point against float64, largest difference in counts")
     for name, counts in figures["accuracy"].items():
-        print(f"  {name:36} {counts:10.4f}")
+        if name != "attitude":
+            print(f"  {name:36} {counts:10.4f}")
+    show_attitude(figures["accuracy"]["attitude"])
     cycles = figures["cycles"]
     print(f"\n{'cycles of a whole call, AVR':30} {'least':>8} {'mean':>8} {'most':>8}")
     for name, row in cycles["variants"].items():
@@ -45,6 +48,18 @@ def show(figures: dict) -> None:
     print("\nthe most that a call costs in the firmware while it weighs at 80 SPS")
     for name, most in cycles["firmware_max"].items():
         print(f"  {name:36} {most:10}")
+
+
+def show_attitude(figures: dict) -> None:
+    if "skipped" in figures:
+        print(f"\nattitude on BROAD's trials: skipped, {figures['skipped']}")
+        return
+    for axes in (6, 9):
+        print(f"\nattitude, {axes} axes, {figures['trials']} BROAD trials: mean (worst) in deg")
+        print(f"  {'':18} {'inclination':>16} {'heading':>16} {'total':>16}")
+        for name, row in figures[f"axes_{axes}"].items():
+            pairs = zip(row["mean"].values(), row["worst"].values(), strict=True)
+            print(f"  {name:18}" + "".join(f" {m:7.2f} ({w:6.2f})" for m, w in pairs))
 
 
 def main(arguments: list[str]) -> int:
