@@ -14,6 +14,7 @@
 #include "mass.h"
 #include "runner_imu.h"
 #include "runner_mahony.h"
+#include "runner_scale.h"
 #include "weight_kf.h"
 #include "weight_kf_gains.h"
 
@@ -34,6 +35,7 @@ enum {
     OP_ENCODE           = 'E', /* id, sequence, device_us u32, payload -> wire bytes */
     OP_DECODE_INIT      = 'd',
     OP_DECODE           = 'D', /* bytes -> one frame_status_t a byte */
+    OP_SCALE            = 'W', /* see runner_scale.c */
     OP_DECODED          = 'g', /* -> id, sequence, device_us u32, payload of the frame just ready */
     REQUEST_MAX         = 240,
     DESIGN_LOADED       = 255
@@ -156,6 +158,7 @@ static uint8_t serve(uint8_t op, uint8_t len)
         }
         return len;
     case OP_DECODED: return decoded();
+    case OP_SCALE: return runner_scale_serve(buffer, len);
     default:
         return op <= '9' ? runner_mahony_serve(op, buffer, len) : runner_imu_serve(op, buffer, len);
     }

@@ -86,4 +86,5 @@ def test_crc_has_the_published_check_value_on_avr(avr, vector):
 def test_no_vector_is_left_out():
     replayed = ("fir_", "weight_kf_", "mass_", "frame_encode", "frame_decode", "frame_published_")
     replayed += ("imu_cal_", "rest_", "mahony_")  # test_golden_imu_..., ..._mahony_on_target.py
+    replayed += ("scale_",)  # test_golden_scale_on_target.py
     assert [path.name for path in FOLDER.glob("*.csv") if not path.name.startswith(replayed)] == []

@@ -31,9 +31,10 @@ STAMP = ".build/cshared"  # a hash of everything that went into the last build, 
 
 SHARED = ROOT / "shared_c"
 PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "rest.h", "mahony.h")
+PUBLIC_HEADERS += ("scale.h",)
 GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_configs.h")
-GENERATED_HEADERS += ("mahony_configs.h",)
-BLOCKS = ("blocks", "imu_blocks", "mahony_blocks")  # loops over arrays, beside the package
+GENERATED_HEADERS += ("mahony_configs.h", "scale_units.h")
+BLOCKS = ("blocks", "imu_blocks", "mahony_blocks", "scale_blocks")  # loops over arrays
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from terazi.design import specs
-from terazi.models import exact, exact_imu
+from terazi.models import exact, exact_imu, exact_scale
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
@@ -46,7 +46,7 @@ class Draft:
 def generator_mark() -> str:
     """Which code made the vectors: a hash of it, and the commit it stood on."""
     digest = hashlib.sha256()
-    twins = [Path(module.__file__) for module in (exact, exact_imu, specs)]
+    twins = [Path(module.__file__) for module in (exact, exact_imu, exact_scale, specs)]
     for path in (*sorted(Path(__file__).parent.glob("golden*.py")), *twins):
         digest.update(path.read_bytes())
     head = subprocess.run(
@@ -304,7 +304,7 @@ def frame_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All golden vectors."""
-    from tools.gen import golden_imu, golden_mahony  # which take Draft from here
+    from tools.gen import golden_imu, golden_mahony, golden_scale  # which take Draft from here
 
     return [
         *fir_drafts(),
@@ -314,6 +314,7 @@ def drafts() -> list[Draft]:
         *frame_drafts(),
         *golden_imu.drafts(),
         *golden_mahony.drafts(),
+        *golden_scale.drafts(),
     ]
 
 

@@ -17,6 +17,7 @@ from tools.gen import (
     messages_spec,
     protocol_md,
     rest_configs,
+    scale_units,
 )
 from tools.gen.spec import ROOT, load
 
@@ -26,7 +27,7 @@ GENERATED_C = "shared_c/generated"
 def outputs() -> dict[str, str]:
     """Path below the root -> text, for everything that comes from shared_c/spec."""
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
-    rest, mahony = load("rest"), load("mahony")
+    rest, mahony, scale = load("rest"), load("mahony"), load("scale")
     wire = messages_spec.parse(messages)
     return {
         f"{GENERATED_C}/messages.h": messages_c.header(messages, wire),
@@ -43,6 +44,8 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/rest_configs.c": rest_configs.source(rest),
         f"{GENERATED_C}/mahony_configs.h": mahony_configs.header(mahony),
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
+        f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
+        f"{GENERATED_C}/scale_units.c": scale_units.source(scale),
     }
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
-from tools.measure import runner_imu, runner_mahony
+from tools.measure import runner_imu, runner_mahony, runner_scale
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
@@ -70,6 +70,7 @@ def _cases() -> dict[str, Case]:
                 "mahony_euler": "mahony_euler",
             }.items()
         },
+        "scale": Case("scale_update", runner_scale.drive_scale),
         **cases,
     }
 

@@ -18,11 +18,20 @@ from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
 from terazi.cshared.imu import REST_RATES, ImuCal, Rest
 from terazi.cshared.mahony import MAHONY_CONFIGS, Mahony, mahony_block
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
+from terazi.cshared.scales import (
+    SCALE_UNITS,
+    Scale,
+    ScaleFlag,
+    ScaleRefusedError,
+    ScaleShow,
+    ScaleStatus,
+)
 
 __all__ = [
     "FIR_DESIGNS",
     "MAHONY_CONFIGS",
     "REST_RATES",
+    "SCALE_UNITS",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
     "Fir",
@@ -31,6 +40,11 @@ __all__ = [
     "ImuCal",
     "Mahony",
     "Rest",
+    "Scale",
+    "ScaleFlag",
+    "ScaleRefusedError",
+    "ScaleShow",
+    "ScaleStatus",
     "WeightKf",
     "crc16",
     "encode_frame",

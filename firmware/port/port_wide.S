@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/* port_wide - the upper half of a 64-bit product. Contract: shared_c/src/port_wide.h
+ *
+ *   uint32_t port_wide_high(uint32_t a, uint32_t b)
+ *                           r25:r22     r21:r18
+ *
+ * Sixteen products of bytes, summed column by column in three bytes that take turns; the columns
+ * below byte 3 leave their carry only. The result takes a's place, byte by byte as a's are spent.
+ * Time: constant.
+ */
+
+#define a0 r22
+#define a1 r23
+#define a2 r24
+#define a3 r25
+#define b0 r18
+#define b1 r19
+#define b2 r20
+#define b3 r21
+#define x r26
+#define y r27
+#define z r30
+#define zero r31
+
+/* Add one product to the column that stands in \low, its carries in \mid and \high. */
+        .macro sum a, b, low, mid, high
+        mul     \a, \b
+        add     \low, r0
+        adc     \mid, r1
+        adc     \high, zero
+        .endm
+
+        .section .text.port_wide_high, "ax", @progbits
+        .global port_wide_high
+        .type port_wide_high, @function
+port_wide_high:
+        clr     zero
+        mul     a0, b0
+        mov     x, r1
+        clr     y
+        clr     z
+        sum     a0, b1, x, y, z     /* byte 1 */
+        sum     a1, b0, x, y, z
+        clr     x
+        sum     a0, b2, y, z, x     /* byte 2 */
+        sum     a1, b1, y, z, x
+        sum     a2, b0, y, z, x
+        clr     y
+        sbrc    z, 7                /* byte 3: half of the result's last digit first */
+        inc     x                   /* <= 4: the third byte of a sum of a few products */
+        subi    z, 0x80
+        sum     a0, b3, z, x, y
+        sum     a1, b2, z, x, y
+        sum     a2, b1, z, x, y
+        sum     a3, b0, z, x, y
+        clr     z
+        sum     a1, b3, x, y, z     /* byte 4 */
+        sum     a2, b2, x, y, z
+        sum     a3, b1, x, y, z
+        mov     r22, x
+        clr     x
+        sum     a2, b3, y, z, x     /* byte 5 */
+        sum     a3, b2, y, z, x
+        mov     r23, y
+        mul     a3, b3              /* byte 6 and 7: no carry can leave them */
+        add     z, r0
+        adc     x, r1
+        mov     r24, z
+        mov     r25, x
+        clr     r1
+        ret
+        .size port_wide_high, . - port_wide_high

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT */
+/* scale_blocks - loops of scale and checkweigher over arrays for Python. */
+#ifndef SCALE_BLOCKS_H
+#define SCALE_BLOCKS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "scale.h"
+
+/* Flags, net mass and what is shown after each sample. */
+void scale_blocks_update(scale_t *scale, const int32_t counts_q7[], const uint32_t device_us[],
+                         uint8_t flags[], int32_t net_mg[], int32_t shown[], size_t count);
+
+#endif

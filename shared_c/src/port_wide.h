@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: MIT */
+/* port_wide - the upper half of a 64-bit product. Plain: port_plain/port_wide.c. AVR: assembler. */
+#ifndef PORT_WIDE_H
+#define PORT_WIDE_H
+
+#include <stdint.h>
+
+/* floor((a * b + 2^31) / 2^32): half up, and below 2^32 for all a and b. */
+uint32_t port_wide_high(uint32_t a, uint32_t b);
+
+#endif
