@@ -12,6 +12,7 @@
 #include "fir_designs.h"
 #include "frame.h"
 #include "mass.h"
+#include "runner_adaptive.h"
 #include "runner_imu.h"
 #include "runner_mahony.h"
 #include "runner_scale.h"
@@ -158,6 +159,11 @@ static uint8_t serve(uint8_t op, uint8_t len)
         }
         return len;
     case OP_DECODED: return decoded();
+    case OP_ADAPTIVE_INIT:
+    case OP_ADAPTIVE_UPDATE:
+    case OP_PAIR_INIT:
+    case OP_PAIR_UPDATE:
+    case OP_ADAPTIVE_CLIP: return runner_adaptive_serve(op, buffer, len);
     case OP_SCALE: return runner_scale_serve(buffer, len);
     default:
         return op <= '9' ? runner_mahony_serve(op, buffer, len) : runner_imu_serve(op, buffer, len);

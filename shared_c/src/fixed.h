@@ -38,12 +38,24 @@ static inline bool fixed_is_counts(int32_t value)
     return (uint8_t)(value >> 24) == sign;
 }
 
+/* The rail that a value beyond 24 bits is clamped to, counted. */
+static inline int32_t fixed_rail_counts(int32_t value, uint16_t *clipped)
+{
+    fixed_count(clipped);
+    return value < 0 ? FIXED_COUNTS_MIN : FIXED_COUNTS_MAX;
+}
+
 /* value inside the converter's 24 bits; each clamped value is counted. */
 static inline int32_t fixed_clamp_counts(int32_t value, uint16_t *clipped)
 {
-    if (fixed_is_counts(value)) { return value; }
-    fixed_count(clipped);
-    return value < 0 ? FIXED_COUNTS_MIN : FIXED_COUNTS_MAX;
+    return fixed_is_counts(value) ? value : fixed_rail_counts(value, clipped);
+}
+
+/* counts * 2^7, for counts inside 24 bits. Up by a byte, which still fits in 32 bits, and down by a
+ * bit: avr-gcc makes a loop of a shift by seven. */
+static inline int32_t fixed_counts_q7(int32_t counts)
+{
+    return (counts * 256) >> 1;
 }
 
 #endif

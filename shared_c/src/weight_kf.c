@@ -5,13 +5,7 @@
 #include "port_assert.h"
 #include "port_weight_kf.h"
 
-/* counts * 2^7, for -2^23 <= counts < 2^23. Up by a byte, which still fits in 32 bits, and down by
- * a bit: avr-gcc makes a loop of a shift by seven. */
-static int32_t counts_to_q7(int32_t counts)
-{
-    _Static_assert(WEIGHT_KF_FRACTION_BITS == 7, "a byte less a bit");
-    return (counts * 256) >> 1;
-}
+_Static_assert(WEIGHT_KF_FRACTION_BITS == 7, "fixed_counts_q7");
 
 void weight_kf_init(weight_kf_t *kf, const weight_kf_config_t *config, int32_t first_counts)
 {
@@ -20,7 +14,7 @@ void weight_kf_init(weight_kf_t *kf, const weight_kf_config_t *config, int32_t f
     kf->config             = config;
     kf->step               = 0U;
     kf->clipped            = 0U;
-    kf->estimate_counts_q7 = counts_to_q7(fixed_clamp_counts(first_counts, &kf->clipped));
+    kf->estimate_counts_q7 = fixed_counts_q7(fixed_clamp_counts(first_counts, &kf->clipped));
 }
 
 static int32_t update_within(weight_kf_t *kf, int32_t measured_counts) /* |.| <= 2^23 */
@@ -37,7 +31,7 @@ static int32_t update_within(weight_kf_t *kf, int32_t measured_counts) /* |.| <=
 /* Aside, so that the usual way pays nothing for it. */
 __attribute__((noinline)) static int32_t update_clamped(weight_kf_t *kf, int32_t measured_counts)
 {
-    return update_within(kf, fixed_clamp_counts(measured_counts, &kf->clipped));
+    return update_within(kf, fixed_rail_counts(measured_counts, &kf->clipped));
 }
 
 int32_t weight_kf_update(weight_kf_t *kf, int32_t measured_counts)

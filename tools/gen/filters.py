@@ -111,3 +111,55 @@ def kf_source(spec: Spec) -> str:
             "",
         ]
     return c_comment_head(spec) + "\n".join(lines)
+
+
+def kf_adaptive_header(spec: Spec) -> str:
+    """Text of weight_kf_adaptive_variants.h."""
+    variants = spec.content["variant"]
+    lines = [
+        "/* weight_kf_adaptive_variants - shared_c/spec/weight_kf_adaptive.toml as constants. */",
+        "#ifndef WEIGHT_KF_ADAPTIVE_VARIANTS_H",
+        "#define WEIGHT_KF_ADAPTIVE_VARIANTS_H",
+        "",
+        '#include "weight_kf_adaptive.h"',
+        "",
+        "/* [law]: what the source turns into shifts. */",
+        "enum {",
+        *(
+            f"    WEIGHT_KF_ADAPTIVE_{name.upper()} = {value},"
+            for name, value in spec.content["law"].items()
+        ),
+        "};",
+        "",
+        "enum {",
+        *(
+            f"    WEIGHT_KF_ADAPTIVE_VARIANT_{variant['name'].upper()} = {at},"
+            for at, variant in enumerate(variants)
+        ),
+        "};",
+        "",
+    ]
+    for variant in variants:
+        name = variant["name"]
+        lines += [
+            f"/* {variant['summary']} */",
+            f"extern const weight_kf_adaptive_config_t weight_kf_adaptive_{name};",
+        ]
+    return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
+
+
+def kf_adaptive_source(spec: Spec) -> str:
+    """Text of weight_kf_adaptive_variants.c."""
+    lines = ['#include "weight_kf_adaptive_variants.h"', ""]
+    for variant in spec.content["variant"]:
+        name = variant["name"]
+        lines += [
+            f"const weight_kf_adaptive_config_t weight_kf_adaptive_{name} = {{",
+            *(
+                f"    .{field} = {value}U,"
+                for field, value in specs.weight_kf_adaptive_config(name).items()
+            ),
+            "};",
+            "",
+        ]
+    return c_comment_head(spec) + "\n".join(lines)

@@ -17,11 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from terazi.design import specs
-from terazi.models import exact, exact_imu, exact_scale
+from terazi.models import exact, exact_imu, exact_scale, exact_weight_kf_adaptive
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
+TWINS = (exact, exact_imu, exact_scale, exact_weight_kf_adaptive, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -46,7 +47,7 @@ class Draft:
 def generator_mark() -> str:
     """Which code made the vectors: a hash of it, and the commit it stood on."""
     digest = hashlib.sha256()
-    twins = [Path(module.__file__) for module in (exact, exact_imu, exact_scale, specs)]
+    twins = [Path(module.__file__) for module in TWINS]
     for path in (*sorted(Path(__file__).parent.glob("golden*.py")), *twins):
         digest.update(path.read_bytes())
     head = subprocess.run(
@@ -304,7 +305,8 @@ def frame_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All golden vectors."""
-    from tools.gen import golden_imu, golden_mahony, golden_scale  # which take Draft from here
+    # These take Draft from here.
+    from tools.gen import golden_adaptive, golden_imu, golden_mahony, golden_scale
 
     return [
         *fir_drafts(),
@@ -312,6 +314,7 @@ def drafts() -> list[Draft]:
         *weight_kf_drafts(),
         *mass_drafts(),
         *frame_drafts(),
+        *golden_adaptive.drafts(),
         *golden_imu.drafts(),
         *golden_mahony.drafts(),
         *golden_scale.drafts(),

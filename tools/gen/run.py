@@ -27,6 +27,7 @@ GENERATED_C = "shared_c/generated"
 def outputs() -> dict[str, str]:
     """Path below the root -> text, for everything that comes from shared_c/spec."""
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
+    adaptive = load("weight_kf_adaptive")
     rest, mahony, scale = load("rest"), load("mahony"), load("scale")
     wire = messages_spec.parse(messages)
     return {
@@ -42,6 +43,8 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/weight_kf_gains.c": filters.kf_source(weight_kf),
         f"{GENERATED_C}/rest_configs.h": rest_configs.header(rest),
         f"{GENERATED_C}/rest_configs.c": rest_configs.source(rest),
+        f"{GENERATED_C}/weight_kf_adaptive_variants.h": filters.kf_adaptive_header(adaptive),
+        f"{GENERATED_C}/weight_kf_adaptive_variants.c": filters.kf_adaptive_source(adaptive),
         f"{GENERATED_C}/mahony_configs.h": mahony_configs.header(mahony),
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
-from tools.measure import runner_imu, runner_mahony, runner_scale
+from tools.measure import runner_adaptive, runner_imu, runner_mahony, runner_scale
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
@@ -59,6 +59,10 @@ def _cases() -> dict[str, Case]:
         "fir32_default": fir_case(0, by_heart=True),
         "fir32_loaded": fir_case(loaded),
         "fir64_generic": fir_case(_fir_design("lowpass64")),
+        "weight_kf_adaptive": Case("weight_kf_adaptive_update", runner_adaptive.drive_single),
+        "weight_kf_adaptive_pair": Case(
+            "weight_kf_adaptive_pair_update", runner_adaptive.drive_pair
+        ),
         "imu_cal": Case("imu_cal_apply", runner_imu.drive_imu_cal),
         "rest": Case("rest_update", runner_imu.drive_rest),
         **{

@@ -5,6 +5,12 @@ Block functions work on whole numpy arrays; the classes take one sample at a tim
 can be saved, restored and copied. Contracts: the headers in shared_c/include.
 """
 
+from terazi.cshared.adaptive import (
+    WEIGHT_KF_ADAPTIVE_VARIANTS,
+    WeightKfAdaptive,
+    WeightKfPair,
+    weight_kf_adaptive_block,
+)
 from terazi.cshared.filters import (
     FIR_DESIGNS,
     WEIGHT_KF_SCHEDULES,
@@ -32,6 +38,7 @@ __all__ = [
     "MAHONY_CONFIGS",
     "REST_RATES",
     "SCALE_UNITS",
+    "WEIGHT_KF_ADAPTIVE_VARIANTS",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
     "Fir",
@@ -46,6 +53,8 @@ __all__ = [
     "ScaleShow",
     "ScaleStatus",
     "WeightKf",
+    "WeightKfAdaptive",
+    "WeightKfPair",
     "crc16",
     "encode_frame",
     "fir_block",
@@ -53,5 +62,6 @@ __all__ = [
     "mass_mg_block",
     "pack_message",
     "unpack_message",
+    "weight_kf_adaptive_block",
     "weight_kf_block",
 ]

@@ -14,10 +14,15 @@ CHECKOUT = Path(__file__).resolve().parents[4] / "shared_c" / "spec"
 
 
 @cache
-def _entries(name: str, key: str) -> tuple[dict, ...]:
-    """A spec's list of tables; a wheel carries the specs, a checkout has them in shared_c."""
+def _content(name: str) -> dict:
+    """A spec; a wheel carries the specs, a checkout has them in shared_c."""
     folder = INSTALLED if INSTALLED.is_dir() else CHECKOUT
-    return tuple(tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))[key])
+    return tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def _entries(name: str, key: str) -> tuple[dict, ...]:
+    """A spec's list of tables."""
+    return tuple(_content(name)[key])
 
 
 def _chosen(choice: str | int, entries: tuple[dict, ...], what: str) -> dict:
@@ -74,3 +79,28 @@ def weight_kf_gains(choice: str | int) -> list[float]:
 def weight_kf_gains_q15(choice: str | int) -> list[int]:
     """The gains that the C has; the last one is held."""
     return weight_kf.quantise_q15(weight_kf_gains(choice))
+
+
+def weight_kf_adaptive_variants() -> tuple[dict, ...]:
+    """[[variant]] of weight_kf_adaptive.toml, in order of index."""
+    return _entries("weight_kf_adaptive", "variant")
+
+
+def weight_kf_adaptive_variant(choice: str | int) -> dict:
+    """One [[variant]] of weight_kf_adaptive.toml."""
+    return _chosen(choice, weight_kf_adaptive_variants(), "adaptive variant")
+
+
+def weight_kf_adaptive_law() -> dict:
+    """[law] of weight_kf_adaptive.toml: what all variants share."""
+    return _content("weight_kf_adaptive")["law"]
+
+
+def weight_kf_adaptive_config(choice: str | int) -> dict[str, int]:
+    """The variant's numbers as the C has them, by field of its config."""
+    variant = weight_kf_adaptive_variant(choice)
+    noises = ("noise", "noise_min", "noise_max")
+    return {
+        "process_var_q16": round(variant["process_var"] * 65536),
+        **{f"{name}_q8": round(variant[name] * 256) for name in noises},
+    }

@@ -33,16 +33,23 @@ def gains(schedule="default", count=None):
     return np.array(found)
 
 
+def _table(schedule, count):
+    """(count,) float64: the gains of the C, of which the last is held."""
+    table = np.array(specs.weight_kf_gains_q15(schedule)) / 32768.0
+    return table[np.minimum(np.arange(count), table.size - 1)]
+
+
 def _measured(measured_counts):
     return np.clip(np.asarray(measured_counts, dtype=np.float64), COUNTS_MIN, COUNTS_MAX)
 
 
-def weight_kf(measured_counts, *, schedule="default", first_counts=None):
+def weight_kf(measured_counts, *, schedule="default", first_counts=None, rounded_gain=False):
     """Float64 truth for ``weight_kf_update`` over a run of measurements.
 
     measured_counts : (n,) numbers, uniform sampling, no NaN.
     schedule : name or index of weight_kf.toml.
     first_counts : where the estimate starts; None: the first measurement.
+    rounded_gain : with the gains that the C's table has; False: the true ones.
     Returns (n,) float64 counts (the C gives them in Q7).
 
     Weighing thesis, eq. 3.7-3.11: x += K (z - x). The C rounds the gain to Q15 and the estimate
@@ -54,7 +61,8 @@ def weight_kf(measured_counts, *, schedule="default", first_counts=None):
         return measured
     estimate = measured[0] if first_counts is None else float(_measured(first_counts))
     estimates = np.empty_like(measured)
-    pairs = zip(measured.tolist(), gains(schedule, measured.size).tolist(), strict=True)
+    taken = _table(schedule, measured.size) if rounded_gain else gains(schedule, measured.size)
+    pairs = zip(measured.tolist(), taken.tolist(), strict=True)
     for n, (z, gain) in enumerate(pairs):
         estimate += gain * (z - estimate)
         estimates[n] = estimate
@@ -79,8 +87,7 @@ def error_budget_counts(
         [[first], weight_kf(measured, schedule=schedule, first_counts=first_counts)[:-1]]
     )
     innovation = np.abs(measured - before)
-    table = np.array(specs.weight_kf_gains_q15(schedule)) / 32768.0
-    c_gain = table[np.minimum(np.arange(measured.size), table.size - 1)]
+    c_gain = _table(schedule, measured.size)
     added = np.abs(c_gain - gains(schedule, measured.size)) * innovation
     added += c_gain * input_error_counts + HALF_STEP_COUNTS
     error = input_error_counts if first_counts is None else 0.0
