@@ -53,18 +53,18 @@ typedef struct {
     uint16_t ramp_step_q12;   /* 9 / ramp_len; ramp_len ramp_step_q12 <= 65535 */
     uint16_t gap_max;         /* samples bridged with the last rate; after more: start anew */
     uint16_t acc_one_g;       /* counts a g, <= 32767 */
-    uint16_t mag_correct_q24; /* dt / (2 tau) of the heading, by mag sample, <= 16383 */
-    uint8_t  mag_shift;       /* 0..15: counts 2^shift of the field should lie in 2^11..2^14 */
-    uint16_t mag_smooth_q16;  /* dt / 50 ms, <= 32767 */
+    uint8_t  mag_times_64;    /* 1: the field is counted in less than 512 counts; 0: in more */
+    uint16_t mag_correct_q21; /* dt / (2 tau) of the heading, <= 16383; this and what follows by */
+    uint16_t mag_smooth_q16;  /* MAHONY_MAG_BLOCK samples.  dt / 50 ms, <= 32767 */
     uint16_t mag_learn_q16;   /* dt / 20 s, <= 32767 */
-    uint16_t mag_recover_len; /* mag samples of 0.5 s */
-    uint16_t mag_accept_len;  /* mag samples of 20 s */
-    uint16_t mag_reject_len;  /* mag samples of 60 s */
-    uint16_t mag_settle_len;  /* mag samples of 1 s: no rejection before */
+    uint16_t mag_recover_len; /* 0.5 s */
+    uint16_t mag_accept_len;  /* 20 s */
+    uint16_t mag_reject_len;  /* 60 s */
+    uint16_t mag_settle_len;  /* 1 s: no rejection before */
     uint16_t moving_min;      /* counts of 20 deg/s, <= 32767 */
 } mahony_config_t;
 
-enum { MAHONY_RAMP_BLOCK = 16 };
+enum { MAHONY_RAMP_BLOCK = 16, MAHONY_MAG_BLOCK = 8 };
 
 enum { MAHONY_ACC_ZERO = 1, MAHONY_RAILED = 2 };
 
@@ -97,30 +97,42 @@ typedef struct {
 } mahony_step_t;
 
 typedef struct {
-    uint16_t acc_zero;      /* samples without any acceleration, skipped */
-    uint16_t railed;        /* samples with gyr or acc at a rail, used */
-    uint16_t mag_refused;   /* fields that are zero or vertical, skipped */
-    uint16_t mag_disturbed; /* fields that differ from the reference, used less or not at all */
+    uint16_t acc_zero; /* samples without any acceleration, skipped */
+    uint16_t railed;   /* samples with gyr or acc at a rail, used */
+    uint16_t
+        mag_refused; /* blocks of a field that is zero or within 3.6 deg of vertical: skipped */
+    uint16_t mag_disturbed; /* blocks of fields that differ from the reference, used less or not */
     uint16_t gaps;          /* calls of mahony_gap */
 } mahony_counts_t;
 
-/* A field: norm in LSB * 2^mag_shift, limited to 2^15, and sine of its elevation in Q15. */
+/* A field: norm in counts (or 1/64), limited to 2^15, and sine of its elevation in Q15. */
 typedef struct {
     int32_t norm_q16;
     int32_t dip_q31;
 } mahony_field_t;
 
-/* The magnetometer's part. */
+/* The magnetometer's part. Each sample adds its level part to a block; an eighth of the work on the
+ * block before is done beside, so that samples cost much the same. */
 typedef struct {
-    mahony_field_t smooth;      /* what was measured, smoothed by 50 ms */
-    mahony_field_t reference;   /* the undisturbed field */
-    mahony_field_t candidate;   /* perhaps a new reference */
-    uint16_t       undisturbed; /* samples since the last that was disturbed */
-    uint16_t       accepted;    /* samples in motion for which the candidate has held */
-    uint16_t       rejected;    /* samples of rejection; falls twice as fast afterwards */
-    uint16_t       settling;    /* samples until rejection begins */
-    uint16_t       turn_res;    /* carry of the heading's correction */
-    bool           started;     /* heading and reference are set */
+    int32_t        east_sum, north_sum; /* of this block, counts or 1/64 */
+    int16_t        east, north;         /* mean of the block before */
+    uint32_t       level2;              /* square of that */
+    int16_t        up;                  /* along the vertical */
+    int16_t        norm, dip_q15;       /* of the block before */
+    mahony_field_t smooth;              /* smoothed by 50 ms */
+    mahony_field_t reference;           /* the undisturbed field */
+    mahony_field_t candidate;           /* perhaps a new reference */
+    uint16_t       undisturbed;         /* blocks since the last that was disturbed */
+    uint16_t       accepted;            /* blocks in motion for which the candidate has held */
+    uint16_t       rejected;            /* blocks of rejection; falls twice as fast afterwards */
+    uint16_t       settling;            /* blocks until rejection begins */
+    uint16_t       correct_q21;         /* the heading's gain: of the configuration, raised; or 0 */
+    int16_t        turn_q21;            /* correction of the heading, half angle */
+    uint16_t       turn_res;            /* carry of the heading's correction */
+    uint8_t        phase;               /* sample of this block, 0..MAHONY_MAG_BLOCK - 1 */
+    bool           refused;             /* the block before has no heading */
+    bool           whole;               /* there is a block before */
+    bool           started;             /* heading and reference are set */
 } mahony_mag_t;
 
 typedef struct {
@@ -163,11 +175,11 @@ void mahony_free_acceleration(const mahony_t *mahony, const int16_t acc_b_counts
  * only the sum or the difference of roll and yaw exists; there the other one keeps the value that
  * it has in *euler, so pass the same struct each time, zero at first. */
 typedef struct {
-    int16_t roll_q13;     /* -pi..pi */
-    int16_t pitch_q13;    /* -pi/2..pi/2 */
-    int16_t yaw_q13;      /* -pi..pi, anticlockwise from east to body x */
-    int16_t half_sum_q13; /* (yaw + roll) / 2 and (yaw - roll) / 2 when they last existed */
-    int16_t half_diff_q13;
+    int16_t  roll_q13;         /* -pi..pi */
+    int16_t  pitch_q13;        /* -pi/2..pi/2 */
+    int16_t  yaw_q13;          /* -pi..pi, anticlockwise from east to body x */
+    uint16_t half_sum_turn16;  /* (yaw + roll) / 2 and (yaw - roll) / 2 when they last existed, */
+    uint16_t half_diff_turn16; /* in 2^-16 of a turn */
 } mahony_euler_t;
 
 void mahony_euler(const mahony_t *mahony, mahony_euler_t *euler);

@@ -2,6 +2,7 @@
 /* port_turn - one step of an attitude filter. Plain: as src/port_turn.h says it. */
 #include "port_turn.h"
 
+#include "port_dot.h"
 #include "port_i16.h"
 
 /* value + remainder: the upper part is the result, the lower one the new remainder. */
@@ -11,11 +12,6 @@ static int32_t carry(int64_t value, uint16_t *remainder)
 
     *remainder = (uint16_t)sum;
     return (int32_t)(sum >> 16);
-}
-
-static int32_t dot(const int16_t a[3], const int16_t b[3])
-{
-    return (int32_t)a[0] * b[0] + (int32_t)a[1] * b[1] + (int32_t)a[2] * b[2];
 }
 
 static bool near_end(int16_t value)
@@ -120,8 +116,8 @@ static void take_rows(mahony_step_t *step)
 uint8_t port_turn(mahony_step_t *step, const int16_t gyro_b_counts[3],
                   const int16_t acc_b_counts[3], const int32_t bias_q16[3])
 {
-    const int32_t east_q14  = dot(step->east_b_q14, acc_b_counts);
-    const int32_t north_q14 = dot(step->north_b_q14, acc_b_counts);
+    const int32_t east_q14  = port_dot(step->east_b_q14, acc_b_counts);
+    const int32_t north_q14 = port_dot(step->north_b_q14, acc_b_counts);
     int32_t       turn_q17[4];
 
     step->flags = flags_of(gyro_b_counts, acc_b_counts);

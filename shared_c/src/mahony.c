@@ -6,6 +6,7 @@
 
 #include "mahony_internal.h"
 #include "port_assert.h"
+#include "port_dot.h"
 #include "port_i16.h"
 #include "port_turn.h"
 
@@ -15,7 +16,6 @@ enum {
     CUBIC_MAX       = 2700,
     CORRECT_Q18_MAX = 4095, /* as port_turn.h wants it; the ramp stops there, too */
     MAG_CORRECT_MAX = 16383,
-    MAG_SHIFT_MAX   = 15,
 };
 
 #define INTEGRAL_MAX_Q22 (INT32_C(328) << 22) /* 20 deg/s, the gyroscope's worst offset */
@@ -62,9 +62,8 @@ bool mahony_is_lawful(const mahony_config_t *config)
                        config->correct_q18 <= CORRECT_Q18_MAX && config->lowpass_q16 <= INT16_MAX &&
                        (config->lowpass_q16 != 0U) == (config->mode == MAHONY_SECOND_ORDER);
     const bool ramp  = port_mul_u16(config->ramp_len, config->ramp_step_q12) <= UINT16_MAX;
-    const bool field = config->mag_correct_q24 <= MAG_CORRECT_MAX &&
-                       config->mag_shift <= MAG_SHIFT_MAX && config->mag_smooth_q16 <= INT16_MAX &&
-                       config->mag_learn_q16 <= INT16_MAX;
+    const bool field = config->mag_correct_q21 <= MAG_CORRECT_MAX && config->mag_times_64 <= 1U &&
+                       config->mag_smooth_q16 <= INT16_MAX && config->mag_learn_q16 <= INT16_MAX;
 
     return turns && gains && ramp && field && config->integral <= INT16_MAX &&
            config->acc_one_g <= INT16_MAX && config->moving_min <= INT16_MAX;
@@ -102,13 +101,11 @@ uint16_t mahony_raised(const mahony_t *mahony, uint16_t gain)
     return all > INT16_MAX ? INT16_MAX : (uint16_t)all;
 }
 
-void mahony_set_gains(mahony_t *mahony)
+uint16_t mahony_correct_q18(const mahony_t *mahony)
 {
-    mahony->step.lowpass_q16 = mahony_raised(mahony, mahony->config->lowpass_q16);
-
     const uint16_t correct = mahony_raised(mahony, mahony->config->correct_q18);
 
-    mahony->step.correct_q18 = correct > CORRECT_Q18_MAX ? CORRECT_Q18_MAX : correct;
+    return correct > CORRECT_Q18_MAX ? CORRECT_Q18_MAX : correct;
 }
 
 /* The axis that the next step averages. */
@@ -157,10 +154,8 @@ static void follow(mahony_t *mahony, const int16_t acc_b_counts[3])
     mahony_step_t *const step      = &mahony->step;
     const uint8_t        axis      = next_axis(step);
     const int16_t *const row       = axis == 0U ? step->east_b_q14 : step->north_b_q14;
-    int32_t              level_q14 = port_mul_i16(row[0], acc_b_counts[0]);
+    int32_t              level_q14 = port_dot(row, acc_b_counts);
 
-    level_q14 = port_mac_i16(level_q14, row[1], acc_b_counts[1]);
-    level_q14 = port_mac_i16(level_q14, row[2], acc_b_counts[2]);
     if (mahony->config->mode == MAHONY_LINEAR) {
         level_q14 = (level_q14 + step->level_q14) >> 1; /* |.| <= 2^30.8 before */
         if (level_q14 >= MEAN_MAX_Q14) { level_q14 = MEAN_MAX_Q14 - 1; }
@@ -168,10 +163,13 @@ static void follow(mahony_t *mahony, const int16_t acc_b_counts[3])
     } else {
         const uint32_t square = port_square_i16(acc_b_counts[0]) +
                                 port_square_i16(acc_b_counts[1]) + port_square_i16(acc_b_counts[2]);
-        const mahony_root_t length = mahony_root(square);
-        const int16_t       level  = mahony_limit_i16((level_q14 + (INT32_C(1) << 13)) >> 14);
+        const mahony_root_t root   = mahony_root(square);
+        const int32_t       length = mahony_length(&root);
+        int32_t             level  = mahony_shift_14(level_q14);
 
-        level_q14 = mahony_unit_q14(level, &length) * INT32_C(2048); /* a g is 2^25 */
+        if (level > length) { level = length; } /* rows are longer than 1 by 6e-4 at most */
+        if (level < -length) { level = -length; }
+        level_q14 = mahony_unit_q14(mahony_limit_i16(level), &root) * INT32_C(2048); /* g: 2^25 */
     }
     step->level_w[axis].mean_q14 = level_q14;
 }
@@ -215,11 +213,18 @@ static PORT_OUTLINE void update_unusual(mahony_t *mahony, const int16_t gyro_b_c
                     config->mode == MAHONY_SECOND_ORDER;
 }
 
+/* Half of it in the middle of the block, so that no sample costs much more than another. */
 static PORT_OUTLINE void lower_ramp(mahony_t *mahony)
 {
-    if (mahony->ramp_left == 0U) { return; }
-    --mahony->ramp_left;
-    mahony_set_gains(mahony);
+    if (mahony->ramp_left == 0U) {
+        if (mahony->step.sample % MAHONY_RAMP_BLOCK == 0U) { return; }
+        mahony->step.correct_q18 = mahony->config->correct_q18;
+    } else if (mahony->step.sample % MAHONY_RAMP_BLOCK == 0U) {
+        --mahony->ramp_left;
+        mahony->step.lowpass_q16 = mahony_raised(mahony, mahony->config->lowpass_q16);
+    } else {
+        mahony->step.correct_q18 = mahony_correct_q18(mahony);
+    }
 }
 
 void mahony_update(mahony_t *mahony, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3],
@@ -232,7 +237,7 @@ void mahony_update(mahony_t *mahony, const int16_t gyro_b_counts[3], const int16
     } else {
         update_unusual(mahony, gyro_b_counts, acc_b_counts, bias_q16);
     }
-    if (mahony->step.sample % MAHONY_RAMP_BLOCK == 0U) { lower_ramp(mahony); }
+    if (mahony->step.sample % (MAHONY_RAMP_BLOCK / 2) == 0U) { lower_ramp(mahony); }
 }
 
 void mahony_gap(mahony_t *mahony, uint16_t samples)

@@ -8,9 +8,10 @@
 #include "mahony_internal.h"
 #include "port_rom.h"
 
-#define PI_Q16      INT32_C(205887)
-#define HALF_PI_Q16 INT32_C(102944)
-#define LOCK_Q30    UINT32_C(0x20000) /* 1.2e-4: within 0.01 deg of 90 deg of pitch */
+#define HALF_TURN    UINT16_C(0x8000) /* angles are in 2^-16 of a turn: sums wrap by themselves */
+#define QUARTER_TURN UINT16_C(0x4000)
+#define PI_Q13       25736
+#define LOCK_Q30     UINT32_C(0x20000) /* 1.2e-4: within 0.01 deg of 90 deg of pitch */
 
 /* 2^15 / (i + 1/2) for i = 128..255: first guess of an inverse. */
 static const uint8_t inverse_q8[128] PORT_ROM = {
@@ -23,13 +24,13 @@ static const uint8_t inverse_q8[128] PORT_ROM = {
     135, 135, 134, 133, 133, 132, 132, 131, 131, 130, 130, 129, 129, 128,
 };
 
-/* atan(i / 64), rad in Q16, and sqrt(1 + (i / 64)^2) in Q15, for i = 0..64. */
-static const uint16_t angle_q16[65] PORT_ROM = {
-    0,     1024,  2047,  3070,  4091,  5110,  6126,  7140,  8150,  9156,  10158, 11155, 12147,
-    13133, 14114, 15088, 16055, 17015, 17968, 18913, 19850, 20779, 21699, 22610, 23512, 24406,
-    25289, 26163, 27028, 27882, 28727, 29561, 30386, 31200, 32003, 32797, 33580, 34353, 35115,
-    35867, 36608, 37340, 38060, 38771, 39472, 40162, 40842, 41512, 42172, 42823, 43464, 44095,
-    44716, 45328, 45931, 46525, 47109, 47685, 48251, 48809, 49359, 49899, 50432, 50956, 51472,
+/* atan(i / 64) in 2^-18 of a turn, and sqrt(1 + (i / 64)^2) in Q15, for i = 0..64. */
+static const uint16_t angle_turn18[65] PORT_ROM = {
+    0,     652,   1303,  1954,  2604,  3253,  3900,  4545,  5188,  5829,  6467,  7101,  7733,
+    8361,  8985,  9605,  10221, 10832, 11439, 12040, 12637, 13228, 13814, 14394, 14968, 15537,
+    16100, 16656, 17206, 17750, 18288, 18819, 19344, 19862, 20374, 20879, 21378, 21870, 22355,
+    22834, 23306, 23771, 24230, 24682, 25128, 25568, 26001, 26427, 26848, 27262, 27670, 28072,
+    28467, 28857, 29241, 29619, 29991, 30357, 30718, 31073, 31423, 31767, 32106, 32439, 32768,
 };
 static const uint16_t length_q15[65] PORT_ROM = {
     32768, 32772, 32784, 32804, 32832, 32868, 32912, 32963, 33023, 33090, 33166, 33248, 33339,
@@ -40,8 +41,8 @@ static const uint16_t length_q15[65] PORT_ROM = {
 };
 
 typedef struct {
-    int32_t  angle_q16; /* -pi..pi */
-    uint32_t length;    /* in units of the components */
+    uint16_t turn16;
+    int32_t  half_length;
 } polar_t;
 
 static uint32_t size_of(int32_t value)
@@ -62,74 +63,70 @@ static uint16_t between(const uint16_t table[65], uint16_t ratio_q16)
                                  16));
 }
 
-/* Angle of (x, y) from x, and length; not both zero, |x|, |y| <= 2^31 - 1. */
+/* Angle of (x, y) from x, and length; not both zero, |x|, |y| < 2^31. */
 static polar_t polar(int32_t x, int32_t y)
 {
     const uint32_t x_size = size_of(x), y_size = size_of(y);
-    uint32_t       large = x_size, small = y_size;
+    const bool     steep = y_size > x_size;
+    uint32_t       large = steep ? y_size : x_size;
+    uint32_t       small = steep ? x_size : y_size;
     uint8_t        shift = 0U;
 
-    if (y_size > x_size) {
-        large = y_size;
-        small = x_size;
-    }
-    for (; large >> 23 == 0U && shift < 24U; shift = (uint8_t)(shift + 8U)) {
+    for (; (uint8_t)(large >> 24) == 0U && shift < 24U; shift = (uint8_t)(shift + 8U)) {
         large <<= 8;
         small <<= 8;
     }
-    for (; large >> 30 == 0U && shift < 31U; ++shift) {
+    for (; (uint8_t)(large >> 24) < 0x80U && shift < 31U; ++shift) {
         large <<= 1;
         small <<= 1;
     }
-    const uint16_t large_q16 = (uint16_t)(large >> 15); /* 2^15 <= . < 2^16: the leading bits */
-    const uint16_t small_q16 = (uint16_t)(small >> 15);
+    const uint16_t large_q16 = (uint16_t)(large >> 16); /* 2^15 <= . < 2^16: the leading bits */
+    const uint16_t small_q16 = (uint16_t)(small >> 16);
 
     /* 2^31 / large by Newton, r (2 - large r), from 8 bits. */
     const uint8_t  guess       = port_rom_u8(&inverse_q8[(uint8_t)((large_q16 >> 8) - 128U)]);
     const uint32_t unity       = port_mul_u16(large_q16, guess); /* near 2^23 */
     const uint16_t two_q15     = (uint16_t)((UINT32_C(0x1000000) - unity) >> 8);
-    const uint32_t inverse     = (port_mul_u16(guess, two_q15) + 64U) >> 7; /* 2^15..2^16 */
+    const uint32_t inverse     = (port_mul_u16(guess, two_q15) * 2U + 128U) >> 8; /* 2^15..2^16 */
     const uint16_t inverse_q15 = inverse > UINT16_MAX ? UINT16_MAX : (uint16_t)inverse;
-    const uint32_t ratio       = port_mul_u16(small_q16, inverse_q15) >> 15;
-    const uint16_t ratio_q16   = ratio > UINT16_MAX ? UINT16_MAX : (uint16_t)ratio;
+    const uint32_t ratio       = (port_mul_u16(small_q16, inverse_q15) >> 8) * 2U; /* Q24 */
+    const uint16_t ratio_q16   = ratio > UINT32_C(0xFFFFFF) ? UINT16_MAX : (uint16_t)(ratio >> 8);
 
-    int32_t angle = between(angle_q16, ratio_q16);
-    if (y_size > x_size) { angle = HALF_PI_Q16 - angle; }
-    if (x < 0) { angle = PI_Q16 - angle; }
-    if (y < 0) { angle = -angle; }
-    const uint32_t length = port_mul_u16(large_q16, between(length_q15, ratio_q16));
+    uint16_t turn16 = (uint16_t)((uint16_t)(between(angle_turn18, ratio_q16) + 2U) >> 2);
+    if (steep) { turn16 = (uint16_t)(QUARTER_TURN - turn16); }
+    if (x < 0) { turn16 = (uint16_t)(HALF_TURN - turn16); }
+    if (y < 0) { turn16 = (uint16_t)(0U - turn16); }
+    uint32_t length = port_mul_u16(large_q16, between(length_q15, ratio_q16)); /* Q31 of half */
+    for (; shift >= 8U; shift = (uint8_t)(shift - 8U)) { length >>= 8; }       /* shift >= 1 */
+    for (; shift != 0U; --shift) { length >>= 1; }
 
-    return (polar_t){angle, length >> shift};
+    return (polar_t){turn16, (int32_t)length};
 }
 
-/* rad in Q13, turned into -pi..pi. */
-static int16_t wrapped_q13(int32_t angle)
+/* To rad, -pi..pi. */
+static int16_t rad_q13(uint16_t turn16)
 {
-    if (angle > PI_Q16) { angle -= 2 * PI_Q16; }
-    if (angle < -PI_Q16) { angle += 2 * PI_Q16; }
-    return (int16_t)((angle + 4) >> 3);
+    return (int16_t)((port_mul_i16((int16_t)turn16, PI_Q13) * 2 + INT32_C(0x8000)) >> 16);
 }
 
 /* Half of yaw plus or minus roll; where it does not exist it is what it was. */
-static polar_t half_angle(int32_t x, int32_t y, int16_t *held_q13)
+static int32_t half_angle(int32_t x, int32_t y, uint16_t *turn16)
 {
-    if (size_of(x) < LOCK_Q30 && size_of(y) < LOCK_Q30) {
-        return (polar_t){*held_q13 * INT32_C(8), 0U};
-    }
+    if (size_of(x) < LOCK_Q30 && size_of(y) < LOCK_Q30) { return 0; }
     const polar_t half = polar(x, y);
 
-    *held_q13 = wrapped_q13(half.angle_q16);
-    return half;
+    *turn16 = half.turn16;
+    return half.half_length;
 }
 
 void mahony_euler(const mahony_t *mahony, mahony_euler_t *euler)
 {
-    const int32_t *const q     = mahony->step.quat_wb_q30;
-    const polar_t        sum   = half_angle(q[0] - q[2], q[3] + q[1], &euler->half_sum_q13);
-    const polar_t        diff  = half_angle(q[0] + q[2], q[3] - q[1], &euler->half_diff_q13);
-    const polar_t        pitch = polar((int32_t)(sum.length >> 1), (int32_t)(diff.length >> 1));
+    const int32_t *const q    = mahony->step.quat_wb_q30;
+    const int32_t        sum  = half_angle(q[0] - q[2], q[3] + q[1], &euler->half_sum_turn16);
+    const int32_t        diff = half_angle(q[0] + q[2], q[3] - q[1], &euler->half_diff_turn16);
+    const uint16_t       half = polar(sum, diff).turn16; /* pitch / 2 + 45 deg */
 
-    euler->yaw_q13   = wrapped_q13(sum.angle_q16 + diff.angle_q16);
-    euler->roll_q13  = wrapped_q13(sum.angle_q16 - diff.angle_q16);
-    euler->pitch_q13 = wrapped_q13(2 * pitch.angle_q16 - HALF_PI_Q16);
+    euler->yaw_q13   = rad_q13((uint16_t)(euler->half_sum_turn16 + euler->half_diff_turn16));
+    euler->roll_q13  = rad_q13((uint16_t)(euler->half_sum_turn16 - euler->half_diff_turn16));
+    euler->pitch_q13 = rad_q13((uint16_t)(2U * half - QUARTER_TURN));
 }

@@ -14,12 +14,23 @@ static inline int16_t mahony_limit_i16(int32_t value)
     return value < INT16_MIN ? INT16_MIN : (int16_t)value;
 }
 
+/* Shifts that avr-gcc would make loops of, by whole bytes and a few bits. |value| < 2^30 */
+static inline int32_t mahony_shift_14(int32_t value)
+{
+    return ((value >> 8) * 4 + 128) >> 8; /* half up, of what is left without the last byte */
+}
+
+static inline int32_t mahony_floor_7(int32_t value)
+{
+    return (value * 2) >> 8;
+}
+
 /* value 2^(2 shift) = m 2^32 with m in [1/4, 1);  inverse_q15 = 2^15 / sqrt(m) within 1e-4,
  * relative, and at most 65535.  value > 0 */
 typedef struct {
     uint16_t m_q16;
     uint16_t inverse_q15;
-    uint8_t  shift;
+    uint8_t  shift; /* 0..15 */
 } mahony_root_t;
 
 mahony_root_t mahony_root(uint32_t value);
@@ -27,7 +38,7 @@ mahony_root_t mahony_root(uint32_t value);
 /* component / sqrt(value), where |component| <= sqrt(value). */
 int16_t mahony_unit_q14(int16_t component, const mahony_root_t *root);
 
-/* sqrt(value) 2^4, value < 2^24 */
+/* sqrt(value) */
 uint16_t mahony_length(const mahony_root_t *root);
 
 /* Of half an angle: the larger one of cosine and sine, and its inverse. */
@@ -43,9 +54,6 @@ int16_t mahony_half_sine_q14(int16_t sin_q14, const mahony_half_t *half);
 
 /* Third row of the rotation matrix: the other two's cross product. */
 void mahony_up_b_q14(const mahony_step_t *step, int16_t up_b_q14[3]);
-
-/* A vector in world axes, rounded half up and limited to 16 bits. */
-void mahony_to_world(const mahony_step_t *step, const int16_t vector_b[3], int16_t vector_w[3]);
 
 /* Turn the world: quat = left quat, normalised; the rows follow. |left| = 1 within 2e-4 */
 void mahony_turn_world(mahony_step_t *step, const int16_t left_q14[4]);
@@ -63,7 +71,7 @@ void mahony_start(mahony_t *mahony, const int16_t acc_b_counts[3]);
 /* gain as the ramp raises it, at most 32767. */
 uint16_t mahony_raised(const mahony_t *mahony, uint16_t gain);
 
-/* Gains as the ramp has them now. */
-void mahony_set_gains(mahony_t *mahony);
+/* kp dt as the ramp raises it, at most 4095. */
+uint16_t mahony_correct_q18(const mahony_t *mahony);
 
 #endif

@@ -1,50 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 /* mahony_mag - heading from the field, and when not to believe it (after VQF, sec. 3.5). */
-#include <string.h>
-
 #include "mahony_internal.h"
-#include "port_i16.h"
+#include "port_dot.h"
 
 enum {
     NORM_OFF_Q16 = 6554, /* a tenth of the reference, */
     DIP_OFF_Q15  = 5571, /* or 0.17 in the sine of the elevation, is another field */
-    TURN_MAX_Q24 = 16383,
+    TURN_MAX_Q21 = 16383,
 };
 
-typedef struct {
-    int16_t norm;
-    int16_t dip_q15;
-    int16_t east_q14, north_q14; /* its level part, of length 1 */
-} sample_t;
-
-static int16_t raised(int16_t value, uint8_t shift)
+/* To counts or, where these are few, to 1/64 of them. */
+static int16_t scaled(const mahony_t *mahony, int32_t component_q14)
 {
-    int32_t all = value;
+    const int32_t q8 = mahony->config->mag_times_64 != 0U ? component_q14
+                                                          : (component_q14 >> 8) * 4;
 
-    for (; shift != 0U; --shift) { all *= 2; }
-    return mahony_limit_i16(all);
+    return mahony_limit_i16((q8 + 128) >> 8);
 }
 
-/* False where the field has no heading: zero, or within 3.6 deg of the vertical. */
-static bool take_sample(const mahony_t *mahony, const int16_t mag_b_counts[3], sample_t *sample)
+static int16_t mean_of_block(int32_t sum)
 {
-    const uint8_t shift    = mahony->config->mag_shift;
-    const int16_t mag_b[3] = {raised(mag_b_counts[0], shift), raised(mag_b_counts[1], shift),
-                              raised(mag_b_counts[2], shift)};
-    int16_t       mag_w[3];
-
-    mahony_to_world(&mahony->step, mag_b, mag_w);
-    const uint32_t level2 = port_square_i16(mag_w[0]) + port_square_i16(mag_w[1]);
-    const uint32_t norm2  = level2 + port_square_i16(mag_w[2]); /* <= 3 2^30 */
-    if (level2 <= norm2 >> 8) { return false; }
-    const mahony_root_t level = mahony_root(level2), norm = mahony_root(norm2);
-    const uint16_t      length = mahony_length(&norm);
-
-    sample->norm      = length > INT16_MAX ? INT16_MAX : (int16_t)length;
-    sample->dip_q15   = mahony_limit_i16(2 * (int32_t)mahony_unit_q14(mag_w[2], &norm));
-    sample->east_q14  = mahony_unit_q14(mag_w[0], &level);
-    sample->north_q14 = mahony_unit_q14(mag_w[1], &level);
-    return true;
+    return (int16_t)((sum * 32 + 128) >> 8); /* an eighth, half up */
 }
 
 /* A low-pass with 16 bits more in its state than in its input; |difference| <= 2^16 */
@@ -81,104 +57,209 @@ static bool is_moving(const mahony_t *mahony)
     return false;
 }
 
-/* Whether the field is not the one that the heading stands on. Learns both. */
-static bool is_disturbed(mahony_t *mahony)
+/* Ends a block: the mean of its level parts, and what that is squared. */
+static void take_block(mahony_mag_t *mag)
 {
-    const mahony_config_t *const config  = mahony->config;
-    mahony_mag_t *const          mag     = &mahony->mag;
-    const int16_t                norm    = (int16_t)(mag->smooth.norm_q16 >> 16);
-    const int16_t                dip_q15 = (int16_t)(mag->smooth.dip_q31 >> 16);
+    mag->east      = mean_of_block(mag->east_sum);
+    mag->north     = mean_of_block(mag->north_sum);
+    mag->east_sum  = 0;
+    mag->north_sum = 0;
+    mag->level2    = port_square_i16(mag->east) + port_square_i16(mag->north);
+}
 
-    if (is_near(&mag->smooth, &mag->reference)) {
-        fixed_count(&mag->undisturbed);
-        follow_field(&mag->reference, norm, dip_q15, config->mag_learn_q16);
-    } else {
-        mag->undisturbed = 0U;
+/* The part along the vertical, of this sample. */
+static void take_up(mahony_t *mahony, const int16_t mag_b_counts[3])
+{
+    int16_t up_b_q14[3];
+
+    mahony_up_b_q14(&mahony->step, up_b_q14);
+    mahony->mag.up = scaled(mahony, port_dot(up_b_q14, mag_b_counts));
+}
+
+/* Norm and elevation, and whether there is a heading at all. */
+static void measure(mahony_t *mahony)
+{
+    mahony_mag_t *const mag   = &mahony->mag;
+    const uint32_t      norm2 = mag->level2 + port_square_i16(mag->up); /* <= 3 2^30 */
+
+    mag->refused = mag->level2 <= norm2 >> 8;
+    if (mag->refused) {
+        fixed_count(&mahony->counts.mag_refused);
+        return;
     }
-    if (is_near(&mag->smooth, &mag->candidate)) {
-        if (is_moving(mahony)) { fixed_count(&mag->accepted); }
-        follow_field(&mag->candidate, norm, dip_q15, config->mag_learn_q16);
-    } else {
+    const mahony_root_t root   = mahony_root(norm2);
+    const uint16_t      length = mahony_length(&root);
+
+    mag->norm    = length > INT16_MAX ? INT16_MAX : (int16_t)length;
+    mag->dip_q15 = mahony_limit_i16(2 * (int32_t)mahony_unit_q14(mag->up, &root));
+}
+
+static void learn_reference(mahony_t *mahony)
+{
+    mahony_mag_t *const mag = &mahony->mag;
+
+    if (!is_near(&mag->smooth, &mag->reference)) {
+        mag->undisturbed = 0U;
+        return;
+    }
+    fixed_count(&mag->undisturbed);
+    follow_field(&mag->reference, (int16_t)(mag->smooth.norm_q16 >> 16),
+                 (int16_t)(mag->smooth.dip_q31 >> 16), mahony->config->mag_learn_q16);
+}
+
+static void learn_candidate(mahony_t *mahony)
+{
+    mahony_mag_t *const mag = &mahony->mag;
+
+    if (!is_near(&mag->smooth, &mag->candidate)) {
         mag->accepted  = 0U;
         mag->candidate = mag->smooth;
+        return;
     }
+    if (is_moving(mahony)) { fixed_count(&mag->accepted); }
+    follow_field(&mag->candidate, (int16_t)(mag->smooth.norm_q16 >> 16),
+                 (int16_t)(mag->smooth.dip_q31 >> 16), mahony->config->mag_learn_q16);
+}
+
+/* Whether the field is not the one that the heading stands on. */
+static bool is_disturbed(mahony_t *mahony)
+{
+    mahony_mag_t *const mag = &mahony->mag;
+
     if (mag->settling != 0U) {
         --mag->settling;
         return false;
     }
-    if (mag->undisturbed >= config->mag_recover_len) { return false; }
-    if (mag->accepted <= config->mag_accept_len) { return true; }
+    if (mag->undisturbed >= mahony->config->mag_recover_len) { return false; }
+    if (mag->accepted <= mahony->config->mag_accept_len) { return true; }
     mag->reference   = mag->candidate; /* it has held while the board turned: it is the world's */
-    mag->undisturbed = config->mag_recover_len;
+    mag->undisturbed = mahony->config->mag_recover_len;
     mag->accepted    = 0U;
     return false;
 }
 
-/* Gain of the heading: none while a disturbance is bridged, half of it when that takes too long. */
-static uint16_t take_gain(mahony_t *mahony)
+/* The heading's gain: none while a disturbance is bridged, half when that takes too long. */
+static void decide(mahony_t *mahony)
 {
     mahony_mag_t *const mag  = &mahony->mag;
-    uint16_t            gain = mahony_raised(mahony, mahony->config->mag_correct_q24);
+    uint16_t            gain = mahony_raised(mahony, mahony->config->mag_correct_q21);
 
-    if (gain > TURN_MAX_Q24) { gain = TURN_MAX_Q24; }
+    if (gain > TURN_MAX_Q21) { gain = TURN_MAX_Q21; }
     if (!is_disturbed(mahony)) {
         mag->rejected = mag->rejected > 2U ? (uint16_t)(mag->rejected - 2U) : 0U;
-        return gain;
+    } else {
+        fixed_count(&mahony->counts.mag_disturbed);
+        if (mag->rejected >= mahony->config->mag_reject_len) {
+            gain >>= 1;
+        } else {
+            ++mag->rejected;
+            gain = 0U;
+        }
     }
-    fixed_count(&mahony->counts.mag_disturbed);
-    if (mag->rejected >= mahony->config->mag_reject_len) { return gain >> 1; }
-    ++mag->rejected;
-    return 0U;
+    mag->correct_q21 = gain;
+}
+
+/* The turn by which the block's mean field corrects the heading: its azimuth's sine or, behind, the
+ * most that a sine can be. */
+static void take_turn(mahony_mag_t *mag)
+{
+    mag->turn_q21 = 0;
+    if (mag->refused) { return; }
+    const mahony_root_t root     = mahony_root(mag->level2);
+    int16_t             sine_q14 = mahony_unit_q14(mag->east, &root);
+
+    if (mag->north < 0) { sine_q14 = sine_q14 > 0 ? MAHONY_ONE_Q14 : -MAHONY_ONE_Q14; }
+    const int32_t turn_q37 = port_mul_i16(sine_q14, (int16_t)mag->correct_q21) * 4 +
+                             mag->turn_res; /* < 2^31 */
+
+    mag->turn_res = (uint16_t)turn_q37;
+    mag->turn_q21 = (int16_t)(turn_q37 >> 16);
+}
+
+static int32_t part(int16_t component_q14, int16_t turn_q21)
+{
+    return (port_mul_i16(component_q14, turn_q21) * 8 + 128) >> 8;
 }
 
 /* Turn the world about its vertical: quat += k quat turn, k being world z. */
-static void turn_heading(mahony_step_t *step, int16_t turn_q24)
+static void turn_heading(mahony_step_t *step, int16_t turn_q21)
 {
     const int16_t w = step->quat_q14[0], x = step->quat_q14[1];
     const int16_t y = step->quat_q14[2], z = step->quat_q14[3];
 
-    step->quat_wb_q30[0] += (port_mul_i16((int16_t)-z, turn_q24) + 128) >> 8;
-    step->quat_wb_q30[1] += (port_mul_i16((int16_t)-y, turn_q24) + 128) >> 8;
-    step->quat_wb_q30[2] += (port_mul_i16(x, turn_q24) + 128) >> 8;
-    step->quat_wb_q30[3] += (port_mul_i16(w, turn_q24) + 128) >> 8;
+    step->quat_wb_q30[0] += part((int16_t)-z, turn_q21);
+    step->quat_wb_q30[1] += part((int16_t)-y, turn_q21);
+    step->quat_wb_q30[2] += part(x, turn_q21);
+    step->quat_wb_q30[3] += part(w, turn_q21);
 }
 
-static void start_heading(mahony_t *mahony, const sample_t *sample)
+/* An eighth of the work on a block in each sample of the next one. */
+static void work(mahony_t *mahony, const int16_t mag_b_counts[3])
 {
-    const mahony_half_t half        = mahony_half(sample->north_q14);
-    const int16_t       smaller     = mahony_half_sine_q14(sample->east_q14, &half);
-    const bool          ahead       = sample->north_q14 >= 0;
+    mahony_mag_t *const mag = &mahony->mag;
+
+    switch (mag->phase) {
+    case 0: take_block(mag); break;
+    case 1: take_up(mahony, mag_b_counts); break;
+    case 2: measure(mahony); break;
+    case 3:
+        if (!mag->refused) {
+            follow_field(&mag->smooth, mag->norm, mag->dip_q15, mahony->config->mag_smooth_q16);
+        }
+        break;
+    case 4: learn_reference(mahony); break;
+    case 5: learn_candidate(mahony); break;
+    case 6:
+        decide(mahony);
+        take_turn(mag);
+        break;
+    default: turn_heading(&mahony->step, mag->turn_q21); break;
+    }
+}
+
+/* Heading and reference from one sample, the first that has them. */
+static void start_heading(mahony_t *mahony, const int16_t mag_b_counts[3])
+{
+    mahony_mag_t *const mag = &mahony->mag;
+
+    mag->level2 = port_square_i16(mag->east) + port_square_i16(mag->north);
+    take_up(mahony, mag_b_counts);
+    measure(mahony);
+    if (mag->refused) { return; }
+    const mahony_root_t root        = mahony_root(mag->level2);
+    const mahony_half_t half        = mahony_half(mahony_unit_q14(mag->north, &root));
+    const int16_t       east_q14    = mahony_unit_q14(mag->east, &root);
+    const int16_t       smaller     = mahony_half_sine_q14(east_q14, &half);
+    const bool          ahead       = mag->north >= 0;
     const int16_t       left_q14[4] = {ahead ? half.larger_q14 : smaller, 0, 0,
                                  ahead ? smaller : half.larger_q14};
 
     mahony_turn_world(&mahony->step, left_q14);
-    mahony->mag.smooth.norm_q16 = (int32_t)sample->norm << 16;
-    mahony->mag.smooth.dip_q31  = sample->dip_q15 * INT32_C(65536);
-    mahony->mag.reference       = mahony->mag.smooth;
-    mahony->mag.candidate       = mahony->mag.smooth;
-    mahony->mag.started         = true;
+    mag->smooth.norm_q16 = mag->norm * INT32_C(65536);
+    mag->smooth.dip_q31  = mag->dip_q15 * INT32_C(65536);
+    mag->reference       = mag->smooth;
+    mag->candidate       = mag->smooth;
+    mag->started         = true;
 }
 
 void mahony_update_mag(mahony_t *mahony, const int16_t mag_b_counts[3])
 {
-    sample_t sample;
+    mahony_step_t *const step = &mahony->step;
+    mahony_mag_t *const  mag  = &mahony->mag;
 
     if (!mahony->started) { return; }
-    if (!take_sample(mahony, mag_b_counts, &sample)) {
-        fixed_count(&mahony->counts.mag_refused);
+    const int16_t east  = scaled(mahony, port_dot(step->east_b_q14, mag_b_counts));
+    const int16_t north = scaled(mahony, port_dot(step->north_b_q14, mag_b_counts));
+
+    if (!mag->started) {
+        mag->east  = east;
+        mag->north = north;
+        start_heading(mahony, mag_b_counts);
         return;
     }
-    if (!mahony->mag.started) {
-        start_heading(mahony, &sample);
-        return;
-    }
-    follow_field(&mahony->mag.smooth, sample.norm, sample.dip_q15, mahony->config->mag_smooth_q16);
-
-    int16_t sine_q14 = sample.east_q14; /* of the heading's error; behind, as far as it goes */
-    if (sample.north_q14 < 0) { sine_q14 = sine_q14 > 0 ? MAHONY_ONE_Q14 : -MAHONY_ONE_Q14; }
-    const int32_t turn_q40 = 4 * port_mul_i16(sine_q14, (int16_t)take_gain(mahony)) +
-                             mahony->mag.turn_res; /* |.| <= 2^30 + 2^16 */
-
-    mahony->mag.turn_res = (uint16_t)turn_q40;
-    turn_heading(&mahony->step, (int16_t)(turn_q40 >> 16));
+    if (mag->whole) { work(mahony, mag_b_counts); }
+    mag->east_sum += east;
+    mag->north_sum += north;
+    mag->phase = (uint8_t)((mag->phase + 1U) % MAHONY_MAG_BLOCK);
+    if (mag->phase == 0U) { mag->whole = true; }
 }

@@ -17,37 +17,46 @@ static const uint8_t root_q7[192] PORT_ROM = {
     3,   3,   2,   2,   2,   2,   1,   1,   1,   1,   0,   0,
 };
 
+static uint8_t top_byte(uint32_t value)
+{
+    return (uint8_t)(value >> 24); /* compared instead of shifting, which takes a loop */
+}
+
 mahony_root_t mahony_root(uint32_t value)
 {
     uint8_t shift = 0U;
 
-    for (; value >> 24 == 0U && shift < 12U; shift = (uint8_t)(shift + 4U)) { value <<= 8; }
-    for (; value >> 30 == 0U && shift < 15U; ++shift) { value <<= 2; }
-    const uint8_t  index    = (uint8_t)((uint8_t)(value >> 24) - 64U); /* 0..191 for value > 0 */
+    for (; top_byte(value) == 0U && shift < 12U; shift = (uint8_t)(shift + 4U)) { value <<= 8; }
+    for (; top_byte(value) < 64U && shift < 15U; ++shift) { value <<= 2; }
+    const uint8_t  index    = (uint8_t)(top_byte(value) - 64U); /* 0..191 for value > 0 */
     const uint16_t first_q7 = (uint16_t)(128U + port_rom_u8(&root_q7[index]));
     /* Newton: y' = y (3 - m y^2) / 2, m y^2 near 1 in Q30. From 5e-3 the error falls below 4e-5. */
     const uint16_t m_q16      = (uint16_t)(value >> 16);
     const uint32_t product    = port_mul_u16(m_q16, (uint16_t)(first_q7 * first_q7));
     const uint16_t factor_q14 = (uint16_t)((UINT32_C(0xC0000000) - product) >> 16);
-    const uint32_t inverse    = port_mul_u16(first_q7, factor_q14) >> 7;
+    const uint32_t inverse    = (port_mul_u16(first_q7, factor_q14) * 2U) >> 8;
 
     return (mahony_root_t){m_q16, inverse > UINT16_MAX ? UINT16_MAX : (uint16_t)inverse, shift};
 }
 
 int16_t mahony_unit_q14(int16_t component, const mahony_root_t *root)
 {
-    /* |component| inverse <= 2^31 - 2^15; c y 2^(shift - 17), see mahony_root_t */
-    const uint8_t down    = (uint8_t)(17U - root->shift); /* 2..17 */
-    const int32_t product = component < 0
-                                ? -(int32_t)port_mul_u16((uint16_t)-component, root->inverse_q15)
-                                : (int32_t)port_mul_u16((uint16_t)component, root->inverse_q15);
+    /* c y 2^(shift - 17), see mahony_root_t: (c 2^shift / 2) (y / 2) 2^-15, |c 2^shift| < 2^16 */
+    int16_t near = component;
 
-    return (int16_t)(((product >> (down - 1U)) + 1) >> 1);
+    if (root->shift == 0U) { near = (int16_t)(near >> 1); }
+    for (uint8_t left = root->shift; left > 1U; --left) { near = (int16_t)(near * 2); }
+    const int32_t product = port_mul_i16(near, (int16_t)(root->inverse_q15 >> 1)); /* < 2^30 */
+
+    return (int16_t)((product * 2 + INT32_C(0x8000)) >> 16);
 }
 
 uint16_t mahony_length(const mahony_root_t *root)
 {
-    const uint32_t length_q31 = port_mul_u16(root->m_q16, root->inverse_q15); /* sqrt m */
+    const uint32_t product = port_mul_u16(root->m_q16, root->inverse_q15); /* sqrt m in Q31 */
+    uint16_t       length  = (uint16_t)(product >> 16);                    /* in Q15, < 2^15 */
 
-    return (uint16_t)((length_q31 >> 15) >> root->shift);
+    if (root->shift == 0U) { return (uint16_t)(length * 2U); }
+    for (uint8_t left = root->shift; left > 1U; --left) { length >>= 1; }
+    return length;
 }

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "mahony_internal.h"
-#include "port_i16.h"
+#include "port_dot.h"
 #include "port_turn.h"
 
 #define ONE_Q28 (INT32_C(1) << 28)
@@ -18,11 +18,11 @@ void mahony_normalise(int32_t quat_q30[4])
         const int16_t high  = (int16_t)((value + INT32_C(0x8000)) >> 16);
         const int8_t  rest  = (int8_t)(value >> 8); /* (high 2^8 + rest)^2, less rest^2 */
 
-        error_q28 += port_mul_i16(high, high) + (port_mul_i16(high, rest) >> 7);
+        error_q28 += (int32_t)port_square_i16(high) + mahony_floor_7(port_mul_i16(high, rest));
         high_q14[i] = high;
     }
     /* 1/sqrt(1 + e) = 1 - e/2 + 3/8 e^2, |e| < 2^-8: what follows is below 2e-8 */
-    const int16_t half_q24   = (int16_t)((error_q28 + 16) >> 5);
+    const int16_t half_q24   = (int16_t)((error_q28 * 8 + 128) >> 8);
     const int16_t square_q24 = (int16_t)(port_square_i16(half_q24) >> 24);
     const int16_t factor_q24 = (int16_t)(square_q24 + (square_q24 >> 1) - half_q24);
 
@@ -37,37 +37,18 @@ void mahony_quaternion(const mahony_t *mahony, int32_t quat_wb_q30[4])
     mahony_normalise(quat_wb_q30);
 }
 
+static int16_t crossed(int16_t a, int16_t b, int16_t c, int16_t d)
+{
+    return (int16_t)mahony_shift_14(port_mul_i16(a, b) - port_mul_i16(c, d));
+}
+
 void mahony_up_b_q14(const mahony_step_t *step, int16_t up_b_q14[3])
 {
     const int16_t *const east = step->east_b_q14, *const north = step->north_b_q14;
 
-    for (uint8_t i = 0U; i < 3U; ++i) {
-        const uint8_t next = i == 2U ? 0U : (uint8_t)(i + 1U);
-        const uint8_t last = i == 0U ? 2U : (uint8_t)(i - 1U);
-        const int32_t up   = port_mul_i16(east[next], north[last]) -
-                           port_mul_i16(east[last], north[next]);
-
-        up_b_q14[i] = (int16_t)((up + (INT32_C(1) << 13)) >> 14);
-    }
-}
-
-static int16_t component(const int16_t row_b_q14[3], const int16_t vector_b[3])
-{
-    int32_t sum = port_mul_i16(row_b_q14[0], vector_b[0]); /* |sum| <= 2^14 2^15 sqrt 3 */
-
-    sum = port_mac_i16(sum, row_b_q14[1], vector_b[1]);
-    sum = port_mac_i16(sum, row_b_q14[2], vector_b[2]);
-    return mahony_limit_i16((sum + (INT32_C(1) << 13)) >> 14);
-}
-
-void mahony_to_world(const mahony_step_t *step, const int16_t vector_b[3], int16_t vector_w[3])
-{
-    int16_t up_b_q14[3];
-
-    mahony_up_b_q14(step, up_b_q14);
-    vector_w[0] = component(step->east_b_q14, vector_b);
-    vector_w[1] = component(step->north_b_q14, vector_b);
-    vector_w[2] = component(up_b_q14, vector_b);
+    up_b_q14[0] = crossed(east[1], north[2], east[2], north[1]);
+    up_b_q14[1] = crossed(east[2], north[0], east[0], north[2]);
+    up_b_q14[2] = crossed(east[0], north[1], east[1], north[0]);
 }
 
 void mahony_free_acceleration(const mahony_t *mahony, const int16_t acc_b_counts[3],
@@ -79,8 +60,7 @@ void mahony_free_acceleration(const mahony_t *mahony, const int16_t acc_b_counts
     for (uint8_t i = 0U; i < 3U; ++i) {
         const int32_t gravity = port_mul_i16(up_b_q14[i], (int16_t)mahony->config->acc_one_g);
 
-        free_b_counts[i] = mahony_limit_i16(acc_b_counts[i] -
-                                            ((gravity + (INT32_C(1) << 13)) >> 14));
+        free_b_counts[i] = mahony_limit_i16(acc_b_counts[i] - mahony_shift_14(gravity));
     }
 }
 
@@ -103,15 +83,16 @@ int16_t mahony_half_sine_q14(int16_t sin_q14, const mahony_half_t *half)
     return (int16_t)((port_mul_i16(sin_q14, inverse_q14) + (INT32_C(1) << 14)) >> 15);
 }
 
+static int16_t to_q14(int32_t value_q30)
+{
+    return (int16_t)((value_q30 + INT32_C(0x8000)) >> 16);
+}
+
 void mahony_turn_world(mahony_step_t *step, const int16_t left_q14[4])
 {
-    const int16_t a = left_q14[0], b = left_q14[1], c = left_q14[2], d = left_q14[3];
-    int16_t       right[4];
-
-    for (uint8_t i = 0U; i < 4U; ++i) {
-        right[i] = (int16_t)((step->quat_wb_q30[i] + INT32_C(0x8000)) >> 16);
-    }
-    const int16_t  w = right[0], x = right[1], y = right[2], z = right[3];
+    const int16_t  a = left_q14[0], b = left_q14[1], c = left_q14[2], d = left_q14[3];
+    const int16_t  w = to_q14(step->quat_wb_q30[0]), x = to_q14(step->quat_wb_q30[1]);
+    const int16_t  y = to_q14(step->quat_wb_q30[2]), z = to_q14(step->quat_wb_q30[3]);
     int32_t *const q = step->quat_wb_q30;
 
     q[0] = 4 * (port_mul_i16(a, w) - port_mul_i16(b, x) - port_mul_i16(c, y) - port_mul_i16(d, z));
@@ -134,12 +115,20 @@ void mahony_still(mahony_step_t *step)
     memcpy(step->rate_b, rate_b, sizeof rate_b);
 }
 
+static int16_t along(const int16_t row_b_q14[3], const int16_t vector_b[3])
+{
+    return mahony_limit_i16(mahony_shift_14(port_dot(row_b_q14, vector_b)));
+}
+
 void mahony_start(mahony_t *mahony, const int16_t acc_b_counts[3])
 {
-    int16_t acc_w[3];
+    int16_t up_b_q14[3];
 
-    mahony_to_world(&mahony->step, acc_b_counts, acc_w);
-    const uint32_t square = port_square_i16(acc_w[0]) + port_square_i16(acc_w[1]) +
+    mahony_up_b_q14(&mahony->step, up_b_q14);
+    const int16_t  acc_w[3] = {along(mahony->step.east_b_q14, acc_b_counts),
+                               along(mahony->step.north_b_q14, acc_b_counts),
+                               along(up_b_q14, acc_b_counts)};
+    const uint32_t square   = port_square_i16(acc_w[0]) + port_square_i16(acc_w[1]) +
                             port_square_i16(acc_w[2]);
     if (square == 0U) { return; }
     const mahony_root_t root = mahony_root(square);
@@ -160,8 +149,9 @@ void mahony_start(mahony_t *mahony, const int16_t acc_b_counts[3])
     }
     mahony_turn_world(&mahony->step, left_q14);
     memset(mahony->step.level_w, 0, sizeof mahony->step.level_w);
-    mahony->step.level_q14 = 0;
-    mahony->ramp_left      = mahony->config->ramp_len;
-    mahony_set_gains(mahony);
-    mahony->started = true;
+    mahony->step.level_q14   = 0;
+    mahony->ramp_left        = mahony->config->ramp_len;
+    mahony->step.lowpass_q16 = mahony_raised(mahony, mahony->config->lowpass_q16);
+    mahony->step.correct_q18 = mahony_correct_q18(mahony);
+    mahony->started          = true;
 }

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from terazi.cshared import MAHONY_CONFIGS, Mahony, Rest, mahony_block
 from terazi.design import mahony as design
-from terazi.models import exact_mahony
+from terazi.models import exact_mahony, exact_vectors
 from terazi.models.vectors import golden
 
 VECTORS = golden("mahony_")
@@ -279,5 +279,5 @@ def test_mahony_configurations_are_those_of_the_specification():
 def test_mahony_root_is_within_its_bound_over_a_whole_octave():
     """The twin's, which the vectors hold to the C's; every m that 16 bits can have."""
     for m_q16 in range(1 << 14, 1 << 16, 3):
-        root = exact_mahony.Root(m_q16 << 16)
+        root = exact_vectors.Root(m_q16 << 16)
         assert abs(root.inverse_q15 / 2**15 * np.sqrt(m_q16 / 2**16) - 1) < 1e-4

@@ -17,6 +17,7 @@ Q30 = 1 << 30
 MINUTES_10 = round(600 * RATE_HZ)
 INCLINATION_RMS_MAX_DEG = 0.002
 TOTAL_MAX_DEG = 0.02
+EULER_MAX_RAD = 3e-4
 
 
 def field_of(quats, vector_w):
@@ -83,7 +84,9 @@ def test_mahony_with_magnetometer_keeps_to_the_model():
     gyro, before, _ = tumbling(count, 120.0, seed=7)
     acc = np.rint(2048 * field_of(before, [0, 0, 1])).astype(np.int16)
     mag = field_of(before, [0, 2000, -4500])
-    mag[count // 3 : count // 2] += [1500, 0, 0]  # a magnet, carried along
+    # A disturbance in norm: where it is noticed a block sooner or later it turns but 3e-3 deg.
+    magnet = slice(count // 3, count // 2)
+    mag[magnet] = field_of(before[magnet], [200, 3000, -6000])
     mag = np.rint(mag).astype(np.int16)
     quats = mahony_block(gyro, acc, mag, config=config) / Q30
     truth = model.run(gyro, acc, config, mag_counts=mag)
@@ -118,8 +121,7 @@ def test_mahony_euler_angles_are_those_of_the_quaternion():
             continue
         got = np.array(mahony.euler_q13) / 8192
         off = np.remainder(got - [roll, pitch, yaw] + np.pi, 2 * np.pi) - np.pi
-        # 5e-5 rad of the tables, seen through cos(pitch), and half a step of Q13
-        assert np.abs(off).max() < 2e-4 + 1e-4 / np.cos(pitch)
+        assert np.abs(off).max() < EULER_MAX_RAD
 
 
 def test_mahony_euler_angles_do_not_jump_through_the_lock():

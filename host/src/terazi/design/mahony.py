@@ -16,7 +16,7 @@ GYRO_Q33_MAX = 16128
 CORRECT_Q18_MAX = 4095
 ONE_G_Q25 = 2048  # counts a g for which correct_q18 is kp dt in Q18
 FIELD_MAX_UT = 65.0  # of the earth
-FIELD_MAX_COUNTS = 16000
+MAG_BLOCK = 8  # MAHONY_MAG_BLOCK
 
 
 def turn_constants(rate_hz: float, gyro_counts_per_deg_s: float) -> dict[str, int]:
@@ -59,7 +59,7 @@ def config(rate_hz: float, mode: str = "second_order", *, mag_rate_hz=None, **ta
     scale = 1.0 if normalised else ONE_G_Q25 / sensor["acc_counts_per_g"]
     gyro_rad_s = math.radians(1 / sensor["gyro_counts_per_deg_s"])
     ramp_len = max(1, round(start["ramp_s"] * rate_hz / RAMP_BLOCK))
-    shift = math.floor(math.log2(FIELD_MAX_COUNTS / (sensor["mag_counts_per_ut"] * FIELD_MAX_UT)))
+    block_hz = mag_rate_hz / MAG_BLOCK
     fields = {
         **turn_constants(rate_hz, sensor["gyro_counts_per_deg_s"]),
         "mode": MODES.index(mode),
@@ -70,14 +70,14 @@ def config(rate_hz: float, mode: str = "second_order", *, mag_rate_hz=None, **ta
         "ramp_step_q12": round(RAMP_MORE * 4096 / ramp_len),
         "gap_max": round(start["gap_s"] * rate_hz),
         "acc_one_g": round(sensor["acc_counts_per_g"]),
-        "mag_correct_q24": min(16383, round(2**23 / (mag_rate_hz * field["heading_tau_s"]))),
-        "mag_shift": min(6, max(0, shift)),
-        "mag_smooth_q16": min(32767, round(65536 / (mag_rate_hz * field["smooth_s"]))),
-        "mag_learn_q16": max(1, round(65536 / (mag_rate_hz * field["learn_s"]))),
-        "mag_recover_len": max(1, round(field["recover_s"] * mag_rate_hz)),
-        "mag_accept_len": round(field["accept_s"] * mag_rate_hz),
-        "mag_reject_len": min(65535, round(field["reject_s"] * mag_rate_hz)),
-        "mag_settle_len": round(field["settle_s"] * mag_rate_hz),
+        "mag_times_64": int(64 * FIELD_MAX_UT * sensor["mag_counts_per_ut"] < 32768),
+        "mag_correct_q21": min(16383, round(2**20 / (block_hz * field["heading_tau_s"]))),
+        "mag_smooth_q16": min(32767, round(65536 / (block_hz * field["smooth_s"]))),
+        "mag_learn_q16": max(1, round(65536 / (block_hz * field["learn_s"]))),
+        "mag_recover_len": max(1, round(field["recover_s"] * block_hz)),
+        "mag_accept_len": round(field["accept_s"] * block_hz),
+        "mag_reject_len": min(65535, round(field["reject_s"] * block_hz)),
+        "mag_settle_len": round(field["settle_s"] * block_hz),
         "moving_min": round(field["moving_deg_s"] * sensor["gyro_counts_per_deg_s"]),
     }
     lawful = {

@@ -4,100 +4,31 @@
 from __future__ import annotations
 
 import copy
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from terazi.models import exact_euler
 from terazi.models.exact import COUNTER_MAX, rounded_shift
+from terazi.models.exact_vectors import (
+    ONE_Q14,
+    Carries,
+    Root,
+    Vector,
+    cross,
+    dot,
+    half_turn_q14,
+    int16,
+    limit,
+    normalised,
+    quaternion_product,
+    shift_14,
+)
 
-Vector = Sequence[int]
 SECOND_ORDER, LINEAR, CLASSIC = range(3)
-ONE_Q14 = 1 << 14
 INTEGRAL_MAX_Q22 = 328 << 22
 MEAN_END_Q14 = 1 << 27
 RAMP_BLOCK = 16
+MAG_BLOCK = 8
 COUNTS = ("acc_zero", "railed", "mag_refused", "mag_disturbed", "gaps")
-
-
-def limit(value: int, end: int) -> int:
-    """value in -end .. end - 1."""
-    return min(max(value, -end), end - 1)
-
-
-def int16(value: int) -> int:
-    """value limited to 16 bits."""
-    return limit(value, 1 << 15)
-
-
-def dot(a: Vector, b: Vector) -> int:
-    """Inner product."""
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def cross(a: Vector, b: Vector) -> list[int]:
-    """Vector product."""
-    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
-
-
-def quaternion_product(p: Vector, q: Vector) -> list[int]:
-    """p q, scalar first."""
-    turned = cross(p[1:], q[1:])
-    vector = [p[0] * q[i + 1] + q[0] * p[i + 1] + turned[i] for i in range(3)]
-    return [p[0] * q[0] - dot(p[1:], q[1:]), *vector]
-
-
-class Carries:
-    """Remainders that wait for the next sample, by name."""
-
-    def __init__(self) -> None:
-        self.kept: dict[object, int] = {}
-
-    def __call__(self, key: object, value: int, bits: int = 16) -> int:
-        total = value + self.kept.get(key, 0)
-        self.kept[key] = total % (1 << bits)
-        return total >> bits
-
-
-class Root:
-    """mahony_internal.h's inverse square root: value 4^shift = m 2^32, 1/4 <= m < 1."""
-
-    def __init__(self, value: int) -> None:
-        self.shift = (32 - value.bit_length()) // 2
-        scaled = value << 2 * self.shift
-        self.m_q16 = scaled >> 16
-        place = scaled >> 24
-        first_q7 = min(255, math.floor(128 / math.sqrt((place + 0.5) / 256) + 0.5))
-        factor_q14 = (3 * 2**30 - self.m_q16 * first_q7**2) >> 16
-        self.inverse_q15 = min(65535, first_q7 * factor_q14 >> 7)
-
-    def unit_q14(self, component: int) -> int:
-        """component / sqrt(value)."""
-        return rounded_shift(component * self.inverse_q15, 17 - self.shift)
-
-    def length(self) -> int:
-        """sqrt(value)."""
-        return self.m_q16 * self.inverse_q15 >> 15 + self.shift
-
-
-def normalised(quat_q30: Vector) -> list[int]:
-    """Norm 1 within 1e-6, of a norm within 2^-9 of 1."""
-    high = [rounded_shift(value, 16) for value in quat_q30]
-    rest = [(value - (h << 16)) >> 8 for value, h in zip(quat_q30, high, strict=True)]
-    error_q28 = sum(h * h + (h * r >> 7) for h, r in zip(high, rest, strict=True)) - 2**28
-    half = rounded_shift(error_q28, 5)
-    square = half * half >> 24
-    factor = square + (square >> 1) - half
-    return [value + rounded_shift(h * factor, 8) for value, h in zip(quat_q30, high, strict=True)]
-
-
-def half_turn_q14(cosine: int, sines: Vector) -> tuple[list[int], bool]:
-    """Larger one of cosine and sine of half an angle, then `sines` / (2 larger); whether the larger
-    one is the cosine."""
-    half_q32 = min(2**32 - 1, abs(cosine) + ONE_Q14 << 17)
-    root = Root(half_q32)
-    larger = rounded_shift((half_q32 >> 16) * root.inverse_q15, 17)
-    inverse_q14 = root.inverse_q15 >> 1
-    return [larger, *(rounded_shift(sine * inverse_q14, 15) for sine in sines)], cosine >= 0
 
 
 class Mahony:
@@ -115,7 +46,7 @@ class Mahony:
         self.correct = 0
         self.sample = 0
         self.integral = [0, 0, 0]
-        self.ramp_left = 0
+        self.ramp_left = self.lowpass = self.correct_gain = 0
         self.started = False
         self.carry = Carries()
         for i in range(3):
@@ -125,6 +56,8 @@ class Mahony:
         self.field = None
         self.settling = self.config["mag_settle_len"]
         self.undisturbed = self.accepted = self.rejected = 0
+        self.phase = self.heading_gain = self.level2 = 0
+        self.sums, self.whole, self.refused = [0, 0], False, False
 
     def copy(self) -> Mahony:
         """Another one in the same state."""
@@ -195,38 +128,17 @@ class Mahony:
 
     # What is around it, in the order of mahony.c
 
-    @property
-    def lowpass(self) -> int:
-        """lp dt, Q16, as the ramp has it."""
-        return self._gains[0]
-
-    @property
-    def correct_gain(self) -> int:
-        """kp dt, Q18, as the ramp has it."""
-        return self._gains[1]
-
-    _gains = (0, 0)
-
-    def _set_gains(self) -> None:
-        names = ("lowpass_q16", "correct_q18")
-        lowpass, correct = (self._raised(self.config[name]) for name in names)
-        self._gains = lowpass, min(4095, correct)
-
     def _forget_level(self) -> None:
         self.level = self.mean[(self.sample + 1) % 2]
 
     def up(self) -> list[int]:
         """Third row of the rotation matrix."""
-        return [rounded_shift(value, 14) for value in cross(*self.rows)]
-
-    def to_world(self, vector: Vector) -> list[int]:
-        """A body vector in world axes."""
-        return [int16(rounded_shift(dot(row, vector), 14)) for row in (*self.rows, self.up())]
+        return [shift_14(value) for value in cross(*self.rows)]
 
     def free_acceleration(self, acc: Vector) -> list[int]:
         """acc less gravity, body axes."""
         one_g = self.config["acc_one_g"]
-        gravity = [rounded_shift(value * one_g, 14) for value in self.up()]
+        gravity = [shift_14(value * one_g) for value in self.up()]
         return [int16(a - g) for a, g in zip(acc, gravity, strict=True)]
 
     def _turn_world(self, left_q14: Vector) -> None:
@@ -236,7 +148,7 @@ class Mahony:
         self._still()
 
     def _start(self, acc: Vector) -> None:
-        acc_w = self.to_world(acc)
+        acc_w = [int16(shift_14(dot(row, acc))) for row in (*self.rows, self.up())]
         if not any(acc_w):
             return
         root = Root(dot(acc_w, acc_w))
@@ -248,7 +160,8 @@ class Mahony:
             self.carry.kept["mean", axis] = self.carry.kept["correct", axis] = 0
         self.level = 0
         self.ramp_left = self.config["ramp_len"]
-        self._set_gains()
+        self.lowpass = self._raised(self.config["lowpass_q16"])
+        self.correct_gain = min(4095, self._raised(self.config["correct_q18"]))
         self.started = True
 
     def _integrate(self) -> None:
@@ -265,7 +178,9 @@ class Mahony:
             self.mean[axis] = limit(level + self.level >> 1, MEAN_END_Q14)
         else:
             root = Root(dot(acc, acc))
-            self.mean[axis] = root.unit_q14(int16(rounded_shift(level, 14))) * 2048
+            length = root.length()
+            level = min(max(shift_14(level), -length), length)
+            self.mean[axis] = root.unit_q14(int16(level)) * 2048
 
     def update(self, gyro: Vector, acc: Vector, bias_q16: Vector = (0, 0, 0)) -> None:
         """mahony_update."""
@@ -278,7 +193,9 @@ class Mahony:
             self._update(gyro, acc, bias_q16)
         if self.sample % RAMP_BLOCK == 0 and self.ramp_left:
             self.ramp_left -= 1
-            self._set_gains()
+            self.lowpass = self._raised(self.config["lowpass_q16"])
+        if self.sample % RAMP_BLOCK == RAMP_BLOCK // 2:
+            self.correct_gain = min(4095, self._raised(self.config["correct_q18"]))
 
     def _update(self, gyro: Vector, acc: Vector, bias_q16: Vector) -> None:
         if self.config["integral"]:
@@ -316,36 +233,75 @@ class Mahony:
 
     # Magnetometer
 
-    def _sample_field(self, mag: Vector):
-        mag_w = self.to_world([int16(value << self.config["mag_shift"]) for value in mag])
-        level2, norm2 = dot(mag_w[:2], mag_w[:2]), dot(mag_w, mag_w)
-        if level2 <= norm2 >> 8:
-            return None
-        level, norm = Root(level2), Root(norm2)
-        measured = (min(32767, norm.length()), int16(2 * norm.unit_q14(mag_w[2])))
-        return measured, level.unit_q14(mag_w[0]), level.unit_q14(mag_w[1])
+    def _scaled(self, row: Vector, mag: Vector) -> int:
+        value = dot(row, mag)
+        fine = value if self.config["mag_times_64"] else (value >> 8) * 4
+        return int16(rounded_shift(fine, 8))
 
     def update_mag(self, mag: Vector) -> None:
         """mahony_update_mag."""
         if not self.started:
             return
-        sampled = self._sample_field(mag)
-        if sampled is None:
+        level = [self._scaled(row, mag) for row in self.rows]
+        if self.field is None:
+            self._start_heading(mag, level)
+            return
+        if self.whole:
+            self._work(mag)
+        self.sums = [total + part for total, part in zip(self.sums, level, strict=True)]
+        self.phase = (self.phase + 1) % MAG_BLOCK
+        self.whole = self.whole or self.phase == 0
+
+    def _work(self, mag: Vector) -> None:
+        if self.phase == 0:
+            self.mean_field, self.sums = [rounded_shift(total, 3) for total in self.sums], [0, 0]
+            self.level2 = dot(self.mean_field, self.mean_field)
+        elif self.phase == 1:
+            self.up_field = self._scaled(self.up(), mag)
+        elif self.phase == 2:
+            self._measure()
+        elif self.phase == 3:
+            if not self.refused:
+                self._learn("smooth", self.measured, self.config["mag_smooth_q16"])
+        elif self.phase == 4:
+            self._judge_reference()
+        elif self.phase == 5:
+            self._judge_candidate()
+        elif self.phase == 6:
+            self._decide()
+        elif not self.refused:
+            self._turn_heading()
+
+    def _measure(self) -> None:
+        norm2 = self.level2 + self.up_field**2
+        self.refused = self.level2 <= norm2 >> 8
+        if self.refused:
             self._count("mag_refused")
             return
-        measured, east, north = sampled
-        if self.field is None:
-            (larger, smaller), ahead = half_turn_q14(north, (east,))
-            self._turn_world((larger, 0, 0, smaller) if ahead else (smaller, 0, 0, larger))
-            smooth = [value << 16 for value in measured]
-            self.field = {"smooth": smooth, "reference": smooth[:], "candidate": smooth[:]}
+        root = Root(norm2)
+        self.measured = (min(32767, root.length()), int16(2 * root.unit_q14(self.up_field)))
+
+    def _start_heading(self, mag: Vector, level: list[int]) -> None:
+        self.level2, self.up_field = dot(level, level), self._scaled(self.up(), mag)
+        self._measure()
+        if self.refused:
             return
-        self._learn("smooth", measured, self.config["mag_smooth_q16"])
-        sine = east if north >= 0 else ONE_Q14 if east > 0 else -ONE_Q14
-        turn = self.carry("heading", 4 * sine * self._heading_gain())
+        root = Root(self.level2)
+        east, north = (root.unit_q14(part) for part in level)
+        (larger, smaller), ahead = half_turn_q14(north, (east,))
+        self._turn_world((larger, 0, 0, smaller) if ahead else (smaller, 0, 0, larger))
+        names = ("smooth", "reference", "candidate")
+        self.field = {name: [value << 16 for value in self.measured] for name in names}
+
+    def _turn_heading(self) -> None:
+        east, north = self.mean_field
+        sine = Root(self.level2).unit_q14(east)
+        if north < 0:
+            sine = ONE_Q14 if sine > 0 else -ONE_Q14
+        turn = self.carry("heading", 4 * sine * self.heading_gain)
         k_quat = quaternion_product((0, 0, 0, 1), self.quat_q14)
         for i, part in enumerate(k_quat):
-            self.quat_q30[i] += rounded_shift(part * turn, 8)
+            self.quat_q30[i] += rounded_shift(part * turn, 5)
 
     def _learn(self, name: str, measured: Vector, gain: int) -> None:
         state = self.field[name]
@@ -357,42 +313,47 @@ class Mahony:
         norm_max = other[0] * 6554 >> 16
         return abs(smooth[0] - other[0]) < norm_max and abs(smooth[1] - other[1]) < 5571
 
-    def _disturbed(self) -> bool:
-        config = self.config
-        smooth = [value >> 16 for value in self.field["smooth"]]
+    def _smooth(self) -> list[int]:
+        return [value >> 16 for value in self.field["smooth"]]
+
+    def _judge_reference(self) -> None:
         if self._near("reference"):
             self.undisturbed = min(self.undisturbed + 1, COUNTER_MAX)
-            self._learn("reference", smooth, config["mag_learn_q16"])
+            self._learn("reference", self._smooth(), self.config["mag_learn_q16"])
         else:
             self.undisturbed = 0
+
+    def _judge_candidate(self) -> None:
         if self._near("candidate"):
-            if any(abs(rate) > config["moving_min"] for rate in self.rate):
+            if any(abs(rate) > self.config["moving_min"] for rate in self.rate):
                 self.accepted = min(self.accepted + 1, COUNTER_MAX)
-            self._learn("candidate", smooth, config["mag_learn_q16"])
+            self._learn("candidate", self._smooth(), self.config["mag_learn_q16"])
         else:
-            self.accepted = 0
-            self.field["candidate"] = self.field["smooth"][:]
+            self.accepted, self.field["candidate"] = 0, self.field["smooth"][:]
+
+    def _disturbed(self) -> bool:
         if self.settling:
             self.settling -= 1
             return False
-        if self.undisturbed >= config["mag_recover_len"]:
+        if self.undisturbed >= self.config["mag_recover_len"]:
             return False
-        if self.accepted <= config["mag_accept_len"]:
+        if self.accepted <= self.config["mag_accept_len"]:
             return True
         self.field["reference"] = self.field["candidate"][:]
-        self.undisturbed, self.accepted = config["mag_recover_len"], 0
+        self.undisturbed, self.accepted = self.config["mag_recover_len"], 0
         return False
 
-    def _heading_gain(self) -> int:
-        gain = min(16383, self._raised(self.config["mag_correct_q24"]))
+    def _decide(self) -> None:
+        self.heading_gain = min(16383, self._raised(self.config["mag_correct_q21"]))
         if not self._disturbed():
             self.rejected = max(0, self.rejected - 2)
-            return gain
+            return
         self._count("mag_disturbed")
         if self.rejected >= self.config["mag_reject_len"]:
-            return gain >> 1
-        self.rejected += 1
-        return 0
+            self.heading_gain >>= 1
+        else:
+            self.rejected += 1
+            self.heading_gain = 0
 
     def euler(self, held: list[int]) -> tuple[int, int, int]:
         """mahony_euler."""

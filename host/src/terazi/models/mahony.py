@@ -13,6 +13,7 @@ CORRECT_MIN, CORRECT_MAX = -512 / 2**19, 511 / 2**19
 MEAN_MAX = 2.0**13  # counts: 2^27 in Q14
 INTEGRAL_MAX = 328.0
 RAMP_BLOCK = 16
+MAG_BLOCK = 8
 
 
 def product(p, q):
@@ -83,15 +84,18 @@ class Mahony:
         self.correct = 0.0
         self.sample = 0
         self.integral = np.zeros(3)
-        self.ramp_left = 0
+        self.ramp_left = self.correct_ramp = 0
         self.started = False
         self.smooth = self.reference = self.candidate = None
         self.settling = config["mag_settle_len"]
         self.undisturbed = self.accepted = 0
-        self.rejected = 0
+        self.rejected = self.phase = self.heading_gain = 0
+        self.field_level = self.up = self.east = self.north = 0.0
+        self.measured = None
+        self.sums, self.whole, self.refused = np.zeros(2), False, False
 
-    def _raised(self, name: str, most: float) -> float:
-        more_q8 = self.ramp_left * self.config["ramp_step_q12"] // 16
+    def _raised(self, name: str, most: int, ramp_left: int) -> int:
+        more_q8 = ramp_left * self.config["ramp_step_q12"] // 16
         return min(most, self.config[name] + self.config[name] * more_q8 // 256)
 
     def update(self, gyro_counts, acc_counts, bias_counts=(0.0, 0.0, 0.0)) -> np.ndarray:
@@ -102,11 +106,13 @@ class Mahony:
         elif acc.any():
             self.quat = product(upright(rotation(self.quat) @ acc), self.quat)
             self.mean[:], self.level = 0.0, 0.0
-            self.ramp_left = self.config["ramp_len"]
+            self.ramp_left = self.correct_ramp = self.config["ramp_len"]
             self.sample += 1
             self.started = True
         if self.sample % RAMP_BLOCK == 0 and self.ramp_left:
             self.ramp_left -= 1
+        if self.sample % RAMP_BLOCK == RAMP_BLOCK // 2:
+            self.correct_ramp = self.ramp_left
         return self.quat
 
     def _update(self, gyro, acc, bias) -> None:
@@ -132,14 +138,15 @@ class Mahony:
     def _average(self, axis, acc_w, acc) -> None:
         config = self.config
         if config["mode"] == SECOND_ORDER:
-            gain = self._raised("lowpass_q16", 32767) / 65536
+            gain = self._raised("lowpass_q16", 32767, self.ramp_left) / 65536
             self.mean[axis] += gain * (self.level + acc_w[axis] - 2 * self.mean[axis])
         elif config["mode"] == LINEAR:
             self.mean[axis] = (self.level + acc_w[axis]) / 2
         else:
             self.mean[axis] = 2048 * acc_w[axis] / np.linalg.norm(acc)
         self.mean[axis] = min(max(self.mean[axis], -MEAN_MAX), MEAN_MAX)
-        turn = self.mean[axis] / 2048 * self._raised("correct_q18", 4095) / 2**18
+        gain = self._raised("correct_q18", 4095, self.correct_ramp) / 2**18
+        turn = self.mean[axis] / 2048 * gain
         self.correct = min(max(turn if axis else -turn, CORRECT_MIN), CORRECT_MAX)
 
     def gap(self, samples: int) -> None:
@@ -156,53 +163,84 @@ class Mahony:
         """One field, (3,) counts; gives quat_wb (4,)."""
         if not self.started:
             return self.quat
-        east, north, up = rotation(self.quat) @ np.asarray(mag_counts, float)
-        level, norm = math.hypot(east, north), math.sqrt(east**2 + north**2 + up**2)
-        if 16 * level <= norm:
-            return self.quat
-        measured = np.array([norm, up / norm])
+        field_w = rotation(self.quat) @ np.asarray(mag_counts, float)
         if self.smooth is None:
-            half = math.atan2(east, north) / 2
-            self.quat = product([math.cos(half), 0, 0, math.sin(half)], self.quat)
-            self.smooth, self.reference, self.candidate = measured, measured, measured
-            self.sample += 1
+            self._start_heading(field_w)
             return self.quat
-        self.smooth = self.smooth + self._mag_gain("mag_smooth_q16") * (measured - self.smooth)
-        sine = east / level if north >= 0 else math.copysign(1.0, east)
-        turn = sine * self._heading_gain() / 2**24
-        self.quat = product([1.0, 0.0, 0.0, turn], self.quat)
-        self.quat = self.quat / np.linalg.norm(self.quat)
+        if self.whole:
+            self._work(field_w[2])
+        self.sums += field_w[:2]
+        self.phase = (self.phase + 1) % MAG_BLOCK
+        self.whole = self.whole or self.phase == 0
         return self.quat
+
+    def _start_heading(self, field_w) -> None:
+        self.field_level, self.up = math.hypot(*field_w[:2]), field_w[2]
+        self._measure()
+        if self.refused:
+            return
+        half = math.atan2(field_w[0], field_w[1]) / 2
+        self.quat = product([math.cos(half), 0, 0, math.sin(half)], self.quat)
+        self.smooth = self.reference = self.candidate = self.measured
+        self.sample += 1
+
+    def _work(self, up: float) -> None:
+        """The order of the C, which does an eighth of it in each sample."""
+        if self.phase == 0:
+            self.east, self.north = self.sums / MAG_BLOCK
+            self.field_level, self.sums = math.hypot(self.east, self.north), np.zeros(2)
+        elif self.phase == 1:
+            self.up = up
+        elif self.phase == 2:
+            self._measure()
+        elif self.phase == 3 and not self.refused:
+            gain = self._mag_gain("mag_smooth_q16")
+            self.smooth = self.smooth + gain * (self.measured - self.smooth)
+        elif self.phase == 4:
+            self._judge_reference()
+        elif self.phase == 5:
+            self._judge_candidate()
+        elif self.phase == 6:
+            self._decide()
+        elif self.phase == 7 and not self.refused:
+            sine = (
+                self.east / self.field_level if self.north >= 0 else math.copysign(1.0, self.east)
+            )
+            turn = sine * self.heading_gain / 2**21
+            self.quat = product([1.0, 0.0, 0.0, turn], self.quat)
+            self.quat = self.quat / np.linalg.norm(self.quat)
+
+    def _measure(self) -> None:
+        norm = math.hypot(self.field_level, self.up)
+        self.refused = 16 * self.field_level <= norm
+        if not self.refused:
+            self.measured = np.array([norm, self.up / norm])
 
     def _mag_gain(self, name: str) -> float:
         return self.config[name] / 65536
-
-    def _heading_gain(self) -> float:
-        gain = self._raised("mag_correct_q24", 16383)
-        if not self._disturbed():
-            self.rejected = max(0, self.rejected - 2)
-            return gain
-        if self.rejected >= self.config["mag_reject_len"]:
-            return gain / 2
-        self.rejected += 1
-        return 0.0
 
     def _near(self, other) -> bool:
         norm_off, dip_off = np.abs(self.smooth - other)
         return norm_off < other[0] / 10 and dip_off < 0.17
 
-    def _disturbed(self) -> bool:
-        config, learn = self.config, self._mag_gain("mag_learn_q16")
+    def _judge_reference(self) -> None:
         if self._near(self.reference):
             self.undisturbed += 1
+            learn = self._mag_gain("mag_learn_q16")
             self.reference = self.reference + learn * (self.smooth - self.reference)
         else:
             self.undisturbed = 0
+
+    def _judge_candidate(self) -> None:
         if self._near(self.candidate):
-            self.accepted += int(np.abs(self.rate).max() > config["moving_min"])
+            self.accepted += int(np.abs(self.rate).max() > self.config["moving_min"])
+            learn = self._mag_gain("mag_learn_q16")
             self.candidate = self.candidate + learn * (self.smooth - self.candidate)
         else:
             self.accepted, self.candidate = 0, self.smooth
+
+    def _disturbed(self) -> bool:
+        config = self.config
         if self.settling:
             self.settling -= 1
             return False
@@ -213,6 +251,16 @@ class Mahony:
         self.reference = self.candidate
         self.undisturbed, self.accepted = config["mag_recover_len"], 0
         return False
+
+    def _decide(self) -> None:
+        self.heading_gain = self._raised("mag_correct_q21", 16383, self.ramp_left)
+        if not self._disturbed():
+            self.rejected = max(0, self.rejected - 2)
+        elif self.rejected >= self.config["mag_reject_len"]:
+            self.heading_gain //= 2
+        else:
+            self.rejected += 1
+            self.heading_gain = 0
 
 
 def run(gyro_counts, acc_counts, config, *, bias_counts=None, mag_counts=None):
