@@ -14,7 +14,7 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 
 # In the order in which a newcomer needs them. A verb's module holds a function of its name, or a
 # group of verbs.
-VERBS = ["ports", "flash", "info", "log", "replay", "report", "design", "attitude"]
+VERBS = ["ports", "flash", "info", "log", "replay", "report", "design", "weigh", "attitude"]
 
 EPILOG = (
     "Exit codes: 0 fine, 2 usage or missing tool, 3 port missing, 4 port busy, 5 port vanished, "
