@@ -2,7 +2,7 @@
 """The shared modules as they run on the chip: ``runner.elf`` in the simulator, driven from here.
 
 The same calls as ``terazi.cshared`` offers, so that one test can judge both builds. The wire to
-the runner is described in ``runner.c``.
+the runner is described in ``runner_main.c``.
 """
 
 from __future__ import annotations

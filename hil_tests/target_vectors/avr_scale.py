@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""scale as it runs on the chip; the wire is described in ``runner_scale.c``."""
+"""scale and checkweigher as they run on the chip; the wire is described in ``runner_scale.c``."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from itertools import groupby
 from target_vectors.avr_core import AvrCore
 
 INIT, UPDATE, OUTCOME = 0, 1, 8
+CHECK_INIT, CHECK, CHECK_DONE = 9, 10, 11
 FIRST_COMMAND, LAST_COMMAND = 2, 7  # in the vectors 1..6; 0 is a sample
 SAMPLES_PER_REQUEST = 18
 ANSWER = struct.Struct("<B3i")
@@ -66,3 +67,40 @@ def scale(
 def scale_outcome(core: AvrCore) -> tuple[int, ...]:
     """steps, step_us, step_from_mg, step_to_mg, peak_mg."""
     return struct.unpack("<HI3i", core.request("W", bytes([OUTCOME])))
+
+
+CHECKWEIGHER_LAYOUT = {
+    "limit_mg": "7i",
+    "enter_mg": "i",
+    "leave_mg": "i",
+    "settle_us": "I",
+    "tail_us": "I",
+    "gap_us": "I",
+    "classes": "B",
+    "samples_min": "B",
+}
+
+
+def checkweigher_init(core: AvrCore, config: Mapping) -> bool:
+    """Whether the chip takes the configuration."""
+    fields: list[int] = []
+    for field in CHECKWEIGHER_LAYOUT:
+        fields += config[field] if isinstance(config[field], list) else [config[field]]
+    layout = "<B" + "".join(CHECKWEIGHER_LAYOUT.values())
+    return bool(core.request("W", struct.pack(layout, CHECK_INIT, *fields))[0])
+
+
+def checkweigher(core: AvrCore, rows: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """(event, weighed) after each (mass, time)."""
+    answers: list[tuple[int, int]] = []
+    samples = list(rows)
+    for at in range(0, len(samples), SAMPLES_PER_REQUEST):
+        part = samples[at : at + SAMPLES_PER_REQUEST]
+        payload = b"".join(struct.pack("<iI", *sample) for sample in part)
+        answers += struct.iter_unpack("<Bi", core.request("W", bytes([CHECK]) + payload))
+    return answers
+
+
+def checkweigher_outcome(core: AvrCore) -> tuple[int, ...]:
+    """Eight counts, unweighed, entered_us, left_us, per_minute_q8."""
+    return struct.unpack("<8IHIIH", core.request("W", bytes([CHECK_DONE])))

@@ -1,15 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""Where the vector runner lies; `./dev` builds it with the firmware."""
+"""Where the vector runners lie; `./dev` builds them with the firmware."""
 
 from pathlib import Path
 
 import pytest
 
-RUNNER_ELF = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
+FOLDER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors"
+
+
+def built(name: str) -> Path:
+    elf = FOLDER / name
+    if not elf.exists():
+        pytest.fail(f"{elf} is not built: run ./dev setup")
+    return elf
 
 
 @pytest.fixture(scope="session")
 def runner_elf():
-    if not RUNNER_ELF.exists():
-        pytest.fail(f"{RUNNER_ELF} is not built: run ./dev setup")
-    return RUNNER_ELF
+    return built("runner.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_scale_elf():
+    return built("runner_scale.elf")

@@ -1,13 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* runner - lets a host feed the shared modules on the chip and read what they answer.
- *
- * Linked from the firmware's own objects of shared_c and port, so that golden vectors judge the
- * very machine code that ships. Requests and replies over the polled USART, 2 Mbaud 8N1:
- *
- *   request  op u8 | length u8 | payload        reply  length u8 | payload
- *
- * All numbers little-endian. An unknown op is answered with length 0.
- */
+/* runner - serves the filters, the frame and, elsewhere, the inertial modules. */
+#include "runner.h"
 #include "fir.h"
 #include "fir_designs.h"
 #include "frame.h"
@@ -15,11 +8,9 @@
 #include "runner_adaptive.h"
 #include "runner_imu.h"
 #include "runner_mahony.h"
-#include "runner_scale.h"
 #include "weight_kf.h"
 #include "weight_kf_gains.h"
 
-#include <avr/io.h>
 #include <string.h>
 
 enum {
@@ -36,9 +27,7 @@ enum {
     OP_ENCODE           = 'E', /* id, sequence, device_us u32, payload -> wire bytes */
     OP_DECODE_INIT      = 'd',
     OP_DECODE           = 'D', /* bytes -> one frame_status_t a byte */
-    OP_SCALE            = 'W', /* see runner_scale.c */
     OP_DECODED          = 'g', /* -> id, sequence, device_us u32, payload of the frame just ready */
-    REQUEST_MAX         = 240,
     DESIGN_LOADED       = 255
 };
 
@@ -52,19 +41,6 @@ static int16_t         fir_half_q15[FIR_HALF_MAX];
 static fir_config_t    fir_loaded;
 static weight_kf_t     kf;
 static frame_decoder_t decoder;
-static uint8_t         buffer[REQUEST_MAX]; /* request payload, then the reply's in its place */
-
-static uint8_t usart_read(void)
-{
-    while ((UCSR0A & (1U << RXC0)) == 0U) {}
-    return UDR0;
-}
-
-static void usart_write(uint8_t byte)
-{
-    while ((UCSR0A & (1U << UDRE0)) == 0U) {}
-    UDR0 = byte;
-}
 
 static int32_t get_i32(const uint8_t *bytes)
 {
@@ -78,13 +54,13 @@ static void put_i32(uint8_t *bytes, int32_t value)
     memcpy(bytes, &value, sizeof value);
 }
 
-static uint8_t put_u16(uint16_t value)
+static uint8_t put_u16(uint8_t buffer[], uint16_t value)
 {
     memcpy(buffer, &value, sizeof value);
     return sizeof value;
 }
 
-static uint8_t load_fir(uint8_t len)
+static uint8_t load_fir(uint8_t buffer[], uint8_t len)
 {
     const uint8_t sent = (uint8_t)(len - 1U); /* more than there is room for: to be refused */
     memcpy(fir_half_q15, &buffer[1], sent < sizeof fir_half_q15 ? sent : sizeof fir_half_q15);
@@ -92,14 +68,14 @@ static uint8_t load_fir(uint8_t len)
     return 1;
 }
 
-static void init_fir(void)
+static void init_fir(const uint8_t buffer[])
 {
     const uint8_t design = buffer[0];
     fir_init(&fir, design == DESIGN_LOADED ? &fir_loaded : fir_designs[design],
              get_i32(&buffer[1]));
 }
 
-static uint8_t encode(uint8_t len)
+static uint8_t encode(uint8_t buffer[], uint8_t len)
 {
     uint8_t wire[FRAME_WIRE_MAX];
     frame_t frame = {.id = buffer[0], .sequence = buffer[1], .payload = &buffer[FRAME_HEADER_LEN]};
@@ -110,7 +86,7 @@ static uint8_t encode(uint8_t len)
     return wire_len;
 }
 
-static uint8_t decoded(void)
+static uint8_t decoded(uint8_t buffer[])
 {
     frame_t frame;
     frame_decoder_read(&decoder, &frame);
@@ -121,12 +97,11 @@ static uint8_t decoded(void)
     return (uint8_t)(FRAME_HEADER_LEN + frame.payload_len);
 }
 
-/* Do what was asked with the payload in `buffer`; gives the length of the reply there. */
-static uint8_t serve(uint8_t op, uint8_t len)
+uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)
 {
     switch (op) {
-    case OP_FIR_LOAD: return load_fir(len);
-    case OP_FIR_INIT: init_fir(); return 0;
+    case OP_FIR_LOAD: return load_fir(buffer, len);
+    case OP_FIR_INIT: init_fir(buffer); return 0;
     case OP_FIR_UPDATE:
         for (uint8_t i = 0; i < len; i = (uint8_t)(i + 4U)) {
             put_i32(&buffer[i], fir_update(&fir, get_i32(&buffer[i])));
@@ -137,7 +112,7 @@ static uint8_t serve(uint8_t op, uint8_t len)
             put_i32(&buffer[i], fir_update_default(&fir, get_i32(&buffer[i])));
         }
         return len;
-    case OP_FIR_CLIPPED: return put_u16(fir.clipped);
+    case OP_FIR_CLIPPED: return put_u16(buffer, fir.clipped);
     case OP_WEIGHT_KF_INIT:
         weight_kf_init(&kf, kf_configs[buffer[0]], get_i32(&buffer[1]));
         return 0;
@@ -146,40 +121,25 @@ static uint8_t serve(uint8_t op, uint8_t len)
             put_i32(&buffer[i], weight_kf_update(&kf, get_i32(&buffer[i])));
         }
         return len;
-    case OP_WEIGHT_KF_CLIP: return put_u16(kf.clipped);
+    case OP_WEIGHT_KF_CLIP: return put_u16(buffer, kf.clipped);
     case OP_MASS:
         put_i32(buffer, mass_from_counts(get_i32(buffer), (uint32_t)get_i32(&buffer[4])));
         return 4;
-    case OP_CRC: return put_u16(frame_crc16(buffer, len));
-    case OP_ENCODE: return encode(len);
+    case OP_CRC: return put_u16(buffer, frame_crc16(buffer, len));
+    case OP_ENCODE: return encode(buffer, len);
     case OP_DECODE_INIT: frame_decoder_init(&decoder); return 0;
     case OP_DECODE:
         for (uint8_t i = 0; i < len; i++) {
             buffer[i] = (uint8_t)frame_decoder_push(&decoder, buffer[i]);
         }
         return len;
-    case OP_DECODED: return decoded();
+    case OP_DECODED: return decoded(buffer);
     case OP_ADAPTIVE_INIT:
     case OP_ADAPTIVE_UPDATE:
     case OP_PAIR_INIT:
     case OP_PAIR_UPDATE:
     case OP_ADAPTIVE_CLIP: return runner_adaptive_serve(op, buffer, len);
-    case OP_SCALE: return runner_scale_serve(buffer, len);
     default:
         return op <= '9' ? runner_mahony_serve(op, buffer, len) : runner_imu_serve(op, buffer, len);
-    }
-}
-
-int main(void)
-{
-    UCSR0A = 1U << U2X0; /* UBRR 0: 16 MHz / 8 = 2 Mbaud */
-    UCSR0B = (1U << RXEN0) | (1U << TXEN0);
-    for (;;) {
-        const uint8_t op  = usart_read();
-        const uint8_t len = usart_read();
-        for (uint8_t i = 0; i < len; i++) { buffer[i] = usart_read(); } /* len <= REQUEST_MAX */
-        const uint8_t reply_len = serve(op, len);
-        usart_write(reply_len);
-        for (uint8_t i = 0; i < reply_len; i++) { usart_write(buffer[i]); }
     }
 }

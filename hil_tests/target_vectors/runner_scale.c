@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* The first byte of the payload tells what is asked. */
-#include "runner_scale.h"
+/* runner_scale - serves scale and checkweigher, in an image of their own. */
+#include "runner.h"
 
+#include "checkweigher.h"
 #include "scale.h"
 
 #include <string.h>
 
 enum {
-    ASK_INIT       = 0, /* scale_config_t as the chip lays it out -> status u8 */
+    ASK            = 'W', /* the only op: the payload's first byte tells what is asked */
+    ASK_INIT       = 0,   /* scale_config_t as the chip lays it out -> status u8 */
     ASK_UPDATE     = 1, /* n x counts i32, device_us u32 -> n x flags u8, net, shown, pieces i32 */
     ASK_ZERO       = 2, /* the commands: -> status u8, net, shown, pieces i32 */
     ASK_TARE       = 3,
@@ -15,13 +17,19 @@ enum {
     ASK_SHOW       = 5, /* what u16 */
     ASK_COUNT_OUT  = 6, /* pieces u16 */
     ASK_INTERRUPT  = 7,
-    ASK_OUTCOME    = 8, /* -> steps u16, step_us u32, from, to, peak i32 */
+    ASK_OUTCOME    = 8,  /* -> steps u16, step_us u32, from, to, peak i32 */
+    ASK_CHECK_INIT = 9,  /* checkweigher_config_t as the chip lays it out -> accepted u8 */
+    ASK_CHECK      = 10, /* n x mass i32, device_us u32 -> n x event u8, weighed i32 */
+    ASK_CHECK_DONE = 11, /* -> counts 8 u32, unweighed u16, entered_us, left_us u32, pace u16 */
     SAMPLE_BYTES   = 8,
     SAMPLES_MAX    = 18
 };
 
 static scale_config_t config, config_asked;
 static scale_t        scale;
+
+static checkweigher_config_t check_config, check_asked;
+static checkweigher_t        check;
 
 static uint8_t *put_i32(uint8_t *at, int32_t value)
 {
@@ -73,11 +81,51 @@ static uint8_t outcome(uint8_t buffer[])
     return (uint8_t)(put_i32(at, scale.peak_mg) - buffer);
 }
 
-uint8_t runner_scale_serve(uint8_t buffer[], uint8_t len)
+static uint8_t init_check(uint8_t buffer[])
+{
+    memcpy(&check_asked, &buffer[1], sizeof check_asked);
+    buffer[0] = checkweigher_init(&check, &check_asked);
+    if (buffer[0]) {
+        check_config = check_asked;
+        check.config = &check_config;
+    }
+    return 1;
+}
+
+static uint8_t update_check(uint8_t buffer[], uint8_t len)
+{
+    uint8_t reply = 0; /* shorter than what was read already */
+
+    for (uint8_t at = 1; at < len; at = (uint8_t)(at + SAMPLE_BYTES)) {
+        int32_t  mass_mg;
+        uint32_t device_us;
+        memcpy(&mass_mg, &buffer[at], sizeof mass_mg);
+        memcpy(&device_us, &buffer[at + 4U], sizeof device_us);
+        buffer[reply++] = (uint8_t)checkweigher_update(&check, mass_mg, device_us);
+        put_i32(&buffer[reply], check.mass_mg);
+        reply = (uint8_t)(reply + 4U);
+    }
+    return reply;
+}
+
+static uint8_t done_check(uint8_t buffer[])
+{
+    const uint16_t pace_q8 = checkweigher_per_minute_q8(&check);
+
+    memcpy(buffer, check.counts, sizeof check.counts);
+    memcpy(&buffer[32], &check.unweighed, 2);
+    memcpy(&buffer[34], &check.entered_us, 4);
+    memcpy(&buffer[38], &check.left_us, 4);
+    memcpy(&buffer[42], &pace_q8, 2);
+    return 44;
+}
+
+uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)
 {
     uint8_t  status = SCALE_OK;
     uint16_t argument;
 
+    if (op != ASK) { return 0; }
     memcpy(&argument, &buffer[1], sizeof argument);
     switch (buffer[0]) {
     case ASK_INIT: return init(buffer);
@@ -88,6 +136,9 @@ uint8_t runner_scale_serve(uint8_t buffer[], uint8_t len)
     case ASK_SHOW: status = scale_show(&scale, (scale_show_t)argument); break;
     case ASK_COUNT_OUT: status = scale_count_out(&scale, argument); break;
     case ASK_INTERRUPT: scale_interrupt(&scale); break;
+    case ASK_CHECK_INIT: return init_check(buffer);
+    case ASK_CHECK: return update_check(buffer, len);
+    case ASK_CHECK_DONE: return done_check(buffer);
     default: return outcome(buffer);
     }
     return (uint8_t)(put_answer(buffer, status) - buffer);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The golden vectors of scale hold inside the AVR binary, bit for bit."""
+"""The golden vectors of scale and checkweigher hold inside the AVR binary, bit for bit."""
 
 import pytest
 
@@ -8,14 +8,14 @@ from target_vectors.avr_core import AvrCore
 from terazi.design import scale as design
 from terazi.models.exact_scale import Status
 from terazi.models.vectors import golden
-from tools.measure.runner_scale import config_of
+from tools.measure.runner_scale import checkweigher_config_of, config_of
 
 OUTCOME = ("steps", "step_us", "step_from_mg", "step_to_mg", "peak_mg")
 
 
 @pytest.fixture(scope="module")
-def avr(runner_elf):
-    return AvrCore(runner_elf)
+def avr(runner_scale_elf):
+    return AvrCore(runner_scale_elf)
 
 
 def rows(vector, *columns):
@@ -49,3 +49,24 @@ def test_a_refused_configuration_changes_nothing_on_avr(avr, changed, status):
     before = avr_scale.scale(avr, [(0, 0, 55_000_000, 12_500)])
     assert avr_scale.scale_init(avr, usual | changed) == status
     assert avr_scale.scale(avr, [(0, 0, 55_000_000, 25_000)]) == before
+
+
+@pytest.mark.parametrize("vector", golden("checkweigher_"), ids=str)
+def test_checkweigher_reproduces_vector_bit_for_bit_on_avr(avr, vector):
+    assert avr_scale.checkweigher_init(avr, checkweigher_config_of(vector))
+    answers = avr_scale.checkweigher(avr, rows(vector, "mass_mg", "device_us"))
+    assert answers == rows(vector, "event", "weighed_mg")
+    counts = [int(word) for word in vector.parameters["final_counts"].split()]
+    last = ("unweighed", "entered_us", "left_us", "per_minute_q8")
+    wanted = (*counts, *(vector.parameter(f"final_{field}") for field in last))
+    assert avr_scale.checkweigher_outcome(avr) == wanted
+
+
+def test_a_refused_checkweigher_changes_nothing_on_avr(avr):
+    (vector,) = golden("checkweigher_belt")
+    config = checkweigher_config_of(vector)
+    assert avr_scale.checkweigher_init(avr, config)
+    avr_scale.checkweigher(avr, rows(vector, "mass_mg", "device_us"))
+    before = avr_scale.checkweigher_outcome(avr)
+    assert not avr_scale.checkweigher_init(avr, config | {"leave_mg": config["enter_mg"]})
+    assert avr_scale.checkweigher_outcome(avr) == before

@@ -27,6 +27,7 @@ LINKS = (
 
 # What a module has no need of, and why.
 EXEMPT = {
+    ("checkweigher", "specification"): "its limits and times are one machine's own",
     ("frame", "specification"): "its layout is the head of messages.toml",
     ("frame", "model"): "no numbers to model: the oracle is fastcrc and a decoder in the tests",
     ("frame", "derivation"): "no error to bound",

@@ -17,12 +17,18 @@ from pathlib import Path
 import numpy as np
 
 from terazi.design import specs
-from terazi.models import exact, exact_imu, exact_scale, exact_weight_kf_adaptive
+from terazi.models import (
+    exact,
+    exact_checkweigher,
+    exact_imu,
+    exact_scale,
+    exact_weight_kf_adaptive,
+)
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
-TWINS = (exact, exact_imu, exact_scale, exact_weight_kf_adaptive, specs)
+TWINS = (exact, exact_checkweigher, exact_imu, exact_scale, exact_weight_kf_adaptive, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -306,7 +312,13 @@ def frame_drafts() -> Iterator[Draft]:
 def drafts() -> list[Draft]:
     """All golden vectors."""
     # These take Draft from here.
-    from tools.gen import golden_adaptive, golden_imu, golden_mahony, golden_scale
+    from tools.gen import (
+        golden_adaptive,
+        golden_checkweigher,
+        golden_imu,
+        golden_mahony,
+        golden_scale,
+    )
 
     return [
         *fir_drafts(),
@@ -318,6 +330,7 @@ def drafts() -> list[Draft]:
         *golden_imu.drafts(),
         *golden_mahony.drafts(),
         *golden_scale.drafts(),
+        *golden_checkweigher.drafts(),
     ]
 
 

@@ -17,6 +17,7 @@ from tools.measure import runner_adaptive, runner_imu, runner_mahony, runner_sca
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
+RUNNER_SCALE = RUNNER.with_name("runner_scale.elf")  # one chip does not hold all modules
 SEED = 7
 RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
 
@@ -28,6 +29,7 @@ class Case:
     function: str
     drive: Callable[[AvrCore], object]
     prepare: Callable[[AvrCore], object] | None = None  # done before, not measured
+    elf: Path | None = None  # where its module is not in the usual runner
 
 
 def samples(count: int = 240) -> list[int]:
@@ -74,7 +76,10 @@ def _cases() -> dict[str, Case]:
                 "mahony_euler": "mahony_euler",
             }.items()
         },
-        "scale": Case("scale_update", runner_scale.drive_scale),
+        "scale": Case("scale_update", runner_scale.drive_scale, elf=RUNNER_SCALE),
+        "checkweigher": Case(
+            "checkweigher_update", runner_scale.drive_checkweigher, elf=RUNNER_SCALE
+        ),
         **cases,
     }
 
@@ -85,9 +90,12 @@ CASES = _cases()
 
 def measure_runner(elf: Path = RUNNER, cases: dict[str, Case] = CASES) -> dict[str, Cost]:
     """Cost of each case; a whole call as the budget counts it."""
-    core = AvrCore(elf)
-    costs = {}
+    cores, costs = {}, {}
     for key, case in cases.items():
+        image = case.elf or elf
+        if image not in cores:
+            cores[image] = AvrCore(image)
+        core = cores[image]
         if case.prepare:
             case.prepare(core)
         with core.profile([case.function]) as profile:

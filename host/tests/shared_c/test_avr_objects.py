@@ -14,7 +14,7 @@ SOURCES = sorted([*(SHARED / "src").glob("*.c"), *(SHARED / "generated").glob("*
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror"]
 # Ours, avr-gcc's 16 x 16 product, its jump for a switch, and the start-up code that fills RAM.
 LAWFUL = re.compile(
-    r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale)_\w+"
+    r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|checkweigher)_\w+"
     r"|__umulhisi3|__tablejump2__|__do_copy_data|__do_clear_bss"
 )
 

@@ -11,6 +11,7 @@ from terazi.cshared.adaptive import (
     WeightKfPair,
     weight_kf_adaptive_block,
 )
+from terazi.cshared.checkweighers import Checkweigher, CheckweigherEvent
 from terazi.cshared.filters import (
     FIR_DESIGNS,
     WEIGHT_KF_SCHEDULES,
@@ -41,6 +42,8 @@ __all__ = [
     "WEIGHT_KF_ADAPTIVE_VARIANTS",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
+    "Checkweigher",
+    "CheckweigherEvent",
     "Fir",
     "Frame",
     "FrameDecoder",

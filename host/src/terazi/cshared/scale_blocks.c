@@ -10,3 +10,13 @@ void scale_blocks_update(scale_t *scale, const int32_t counts_q7[], const uint32
         shown[at]  = scale_shown(scale);
     }
 }
+
+void scale_blocks_checkweigher(checkweigher_t *checkweigher, const int32_t mass_mg[],
+                               const uint32_t device_us[], uint8_t events[], int32_t weighed_mg[],
+                               size_t count)
+{
+    for (size_t at = 0U; at < count; ++at) {
+        events[at]     = (uint8_t)checkweigher_update(checkweigher, mass_mg[at], device_us[at]);
+        weighed_mg[at] = checkweigher->mass_mg;
+    }
+}

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""checkweigher of shared_c for numpy and, step by step, for Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+
+import numpy as np
+
+from terazi.cshared._cshared import ffi, lib
+from terazi.cshared.imu import pointer
+from terazi.cshared.scales import whole
+
+CheckweigherEvent = IntEnum(
+    "CheckweigherEvent",
+    {
+        name: getattr(lib, f"CHECKWEIGHER_{name}")
+        for name in ("EMPTY", "LOADED", "VERDICT", "UNWEIGHED")
+    },
+)
+
+
+class Checkweigher:
+    """Weighs, judges and counts products (checkweigher.h).
+
+    config : fields of checkweigher_config_t.
+    """
+
+    def __init__(self, config: Mapping):
+        try:
+            self._config = ffi.new("checkweigher_config_t *", dict(config))
+        except OverflowError as error:
+            raise ValueError(f"configuration of the checkweigher: {error}") from None
+        self._c = ffi.new("checkweigher_t *")
+        if not lib.checkweigher_init(self._c, self._config):
+            raise ValueError(f"configuration is beyond checkweigher.h: {dict(config)}")
+
+    def __getattr__(self, field: str):
+        """Fields of checkweigher_t: mass_mg, class_at, weighed, unweighed, entered_us ..."""
+        if field.startswith("_"):
+            raise AttributeError(field)
+        return getattr(self._c, field)
+
+    @property
+    def counts(self) -> list[int]:
+        """Products of each class."""
+        return list(self._c.counts)[: self._config.classes]
+
+    @property
+    def per_minute_q8(self) -> int:
+        return lib.checkweigher_per_minute_q8(self._c)
+
+    def update(self, mass_mg: int, device_us: int) -> CheckweigherEvent:
+        """Take one mass."""
+        return CheckweigherEvent(lib.checkweigher_update(self._c, mass_mg, device_us))
+
+    def block(self, mass_mg, device_us) -> tuple[np.ndarray, np.ndarray]:
+        """Take (n,) masses with their times; gives events, and the last weight after each."""
+        masses = whole(mass_mg, np.int32, "masses")
+        times = whole(device_us, np.uint32, "times")
+        if len(masses) != len(times):
+            raise ValueError(f"{len(masses)} masses and {len(times)} times")
+        events, weighed_mg = np.empty(len(masses), np.uint8), np.empty(len(masses), np.int32)
+        arrays = (pointer(array) for array in (masses, times, events, weighed_mg))
+        lib.scale_blocks_checkweigher(self._c, *arrays, len(masses))
+        return events, weighed_mg
+
+    def save(self) -> bytes:
+        """State, for restore() on one of the same configuration, in the same process."""
+        return bytes(ffi.buffer(self._c))
+
+    def restore(self, state: bytes) -> None:
+        """Continue where save() was called."""
+        if len(state) != ffi.sizeof("checkweigher_t"):
+            raise ValueError("not the state of a Checkweigher")
+        ffi.buffer(self._c)[:] = state
+        self._c.config = self._config
+
+    def copy(self) -> Checkweigher:
+        """Another one in the same state."""
+        twin = object.__new__(Checkweigher)
+        twin._config = self._config  # constant: shared
+        twin._c = ffi.new("checkweigher_t *", self._c[0])
+        return twin
