@@ -82,6 +82,17 @@ def bad(rng: random.Random, count: int) -> list[Sample]:
     return samples
 
 
+def moved_to_another_field(count: int, rate_hz: float) -> list[Sample]:
+    """A level board that turns at 40 deg/s; after a quarter of the time the field is another."""
+    rate, samples = 655, []
+    for n in range(count):
+        angle = n * math.radians(rate / 16.384) / rate_hz
+        north, up = (2000, -4500) if 4 * n < count else (2900, -3000)
+        mag = clipped((north * math.sin(angle), north * math.cos(angle), up))
+        samples.append((0, (0, 0, rate), (0, 0, 2048), mag, NO_BIAS))
+    return samples
+
+
 def pitching(count: int) -> list[Sample]:
     """Nose up through the vertical, slowly, then down through it: angles at their lock."""
     rate = 700
@@ -101,6 +112,7 @@ def cases() -> dict[str, tuple[str, int, dict, list[Sample]]]:
     broken = bad(rng, 160)
     linear, classic = (design.named(f"286hz_{mode}") for mode in ("linear", "classic"))
     with_ki = design.config_at(285.714285714, ki_rad_s2=0.01)
+    moved = moved_to_another_field(320, 100.0)
     tilted, turned_over = (500, -900, 1770), (60, -40, -2048)
     short = design.config_at(100.0, settle_s=0.1, recover_s=0.05, accept_s=0.1, reject_s=0.2)
     magnet = at_rest(rng, 80) + at_rest(rng, 60, field=(3000, 2500, -4000)) + at_rest(rng, 60)
@@ -116,6 +128,7 @@ def cases() -> dict[str, tuple[str, int, dict, list[Sample]]]:
         "bad_field": ("rails, zeros and gaps, 9 axes", 9, fast, broken),
         "pitch": ("Euler angles through 90 deg of pitch, upwards", 6, fast, pitching(620)),
         "heading": ("heading from the field, 1 kHz", 9, design.named("1000hz"), swung(150)),
+        "new_field": ("another field that stays while the board turns", 9, short, moved),
         "magnet": ("a magnet comes, is bridged, stays too long, goes", 9, short, magnet),
     }
 

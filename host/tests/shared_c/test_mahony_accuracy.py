@@ -110,6 +110,25 @@ def test_mahony_bridges_a_magnet_that_a_plain_filter_follows():
     assert headings[1] > 20.0
 
 
+def test_mahony_accepts_another_field_that_stays_while_the_board_turns():
+    """The norm of the new field is far off, its azimuth a little: it is rejected, then believed."""
+    rate_hz, turning = 100.0, 655
+    config = design.config_at(rate_hz, heading_tau_s=1.0, accept_s=5.0, reject_s=60.0)
+    count = round(40 * rate_hz)
+    angle = np.arange(count) * turning * config["gyro_q33"] * config["steps"] / 2**32
+    east, north, up = np.where(np.arange(count) < count // 4, [[0], [2000], [-4500]],
+                               [[800], [3500], [-2000]])  # fmt: skip
+    sine, cosine = np.sin(angle), np.cos(angle)
+    mag = np.stack([east * cosine + north * sine, north * cosine - east * sine, up], axis=1)
+    gyro = np.tile(np.array([0, 0, turning], dtype=np.int16), (count, 1))
+    acc = np.tile(np.array([0, 0, 2048], dtype=np.int16), (count, 1))
+    quats = mahony_block(gyro, acc, np.rint(mag).astype(np.int16), config=config) / Q30
+    heading = np.unwrap(2 * np.arctan2(quats[:, 3], quats[:, 0])) - angle
+    off_deg = np.degrees(heading - heading[count // 8])
+    assert abs(off_deg[count // 4 + round(4 * rate_hz)]) < 0.5  # rejected
+    assert abs(off_deg[-1] - np.degrees(np.arctan2(800, 3500))) < 0.5  # believed
+
+
 def test_mahony_euler_angles_are_those_of_the_quaternion():
     mahony = Mahony("286hz")
     rng = np.random.default_rng(8)
