@@ -58,6 +58,14 @@ def test_mass_reproduces_vector_bit_for_bit_on_avr(avr, vector):
     assert masses_mg == vector["mass_mg"]
 
 
+def test_mass_divides_by_bytes_on_avr_whatever_remainder_and_byte_meet(avr):
+    """Net 2^13 and span n * 2^13 make the product n * 2^26; n < 32000 is remainder and byte."""
+    numbers = [r * 256 + b for r in range(125) for b in (0, 1, 0x7F, 0x80, 0xFF)]
+    assert [avr.mass_mg(1 << 13, n << 13) for n in numbers] == [
+        (2 * n + 125) // 250 for n in numbers
+    ]
+
+
 @pytest.mark.parametrize("vector", golden("frame_encode"), ids=str)
 def test_frame_encode_gives_the_vectors_bytes_on_avr(avr, vector):
     frames = zip(

@@ -45,19 +45,16 @@ static void put(writer_t *writer, uint8_t byte)
 uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
 {
     writer_t writer = {wire, 1U, 0U, PORT_CRC16_START};
+    uint32_t clock  = frame->device_us;
 
     PORT_ASSERT(frame->payload_len <= FRAME_PAYLOAD_MAX);
     put(&writer, frame->id);
     put(&writer, frame->sequence);
-    put(&writer, (uint8_t)frame->device_us);
-    put(&writer, (uint8_t)(frame->device_us >> 8));
-    put(&writer, (uint8_t)(frame->device_us >> 16));
-    put(&writer, (uint8_t)(frame->device_us >> 24));
+    for (uint8_t at = 0U; at < sizeof clock; ++at, clock >>= 8) { put(&writer, (uint8_t)clock); }
     for (uint8_t at = 0U; at < frame->payload_len; ++at) { put(&writer, frame->payload[at]); }
-    const uint16_t crc = writer.crc;
-    put_cobs(&writer, (uint8_t)crc);
-    put_cobs(&writer, (uint8_t)(crc >> 8));
-    put_cobs(&writer, DELIMITER); /* closes the last block */
+    /* The CRC, and a delimiter that closes the last block. */
+    const uint8_t tail[] = {(uint8_t)writer.crc, (uint8_t)(writer.crc >> 8), DELIMITER};
+    for (uint8_t at = 0U; at < sizeof tail; ++at) { put_cobs(&writer, tail[at]); }
     wire[writer.code_at] = DELIMITER;
     return writer.len;
 }
