@@ -102,7 +102,9 @@ void telemetry_hello(void)
                                     .kf_schedule           = setup.kf_schedule,
                                     .converter_rate_hz_q16 = weighing_rate_hz_q16(),
                                     .span_ug_per_count_q16 = setup.span_ug_per_count_q16,
-                                    .tare_counts_q7        = setup.tare_counts_q7};
+                                    .tare_counts_q7        = setup.tare_counts_q7,
+                                    .chain_order           = setup.chain_order,
+                                    .kf_kind               = setup.kf_kind};
     uint8_t                payload[MESSAGES_HELLO_LEN];
 
     send(MESSAGES_HELLO_ID, ticks_device_us(), payload, messages_hello_pack(payload, &hello),

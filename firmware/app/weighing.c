@@ -7,15 +7,25 @@
 #include "mass.h"
 #include "rate.h"
 #include "weight_kf.h"
+#include "weight_kf_adaptive.h"
+#include "weight_kf_adaptive_variants.h"
 #include "weight_kf_gains.h"
 
 enum { FIR_DESIGN = 0, KF_SCHEDULE = 0 }; /* indices in fir.toml and weight_kf.toml */
 
+#define ONE_Q7  (1L << WEIGHT_KF_FRACTION_BITS)
+#define HALF_Q7 (ONE_Q7 / 2)
+
 #define RAIL_LOW_COUNTS  (-8388608L)
 #define RAIL_HIGH_COUNTS 8388607L
 
-static fir_t               fir;
-static weight_kf_t         kf;
+static fir_t fir;
+static union {
+    weight_kf_t          constant;
+    weight_kf_adaptive_t adaptive;
+} kf;                                   /* as kf_kind says */
+static uint8_t             chain_order; /* MESSAGES_CHAIN_ORDER_... */
+static uint8_t             kf_kind;     /* MESSAGES_KF_KIND_... */
 static rate_t              rate;
 static weighing_counters_t counters; /* clipped: of the runs before the present one */
 static bool                primed;   /* the filters hold a run of samples */
@@ -24,6 +34,7 @@ static uint32_t            previous_us;
 static bool                gap;          /* conversions are missing before the next sample */
 static uint16_t            missed_total; /* modulo 65536, unlike the counter */
 static uint32_t            span_ug_per_count_q16;
+static int32_t             last_counts_q7; /* what the chain ended with */
 static int32_t             tare_counts_q7;
 
 void weighing_init(void)
@@ -67,6 +78,34 @@ void weighing_lose_beat(void)
     has_beat = false;
 }
 
+void weighing_set_chain(uint8_t order, uint8_t kind)
+{
+    weighing_restart();
+    chain_order = order;
+    kf_kind     = kind;
+}
+
+/* The filters are called from two places each; gcc would copy these into both. */
+#define COMPACT __attribute__((noinline))
+
+COMPACT static int32_t run_fir(int32_t counts, bool restarted)
+{
+    if (restarted) { fir_init(&fir, &fir_lowpass32, counts); }
+    return fir_update(&fir, counts);
+}
+
+COMPACT static int32_t run_kf(int32_t counts, bool restarted)
+{
+    if (kf_kind == MESSAGES_KF_KIND_ADAPTIVE) {
+        if (restarted) {
+            weight_kf_adaptive_init(&kf.adaptive, &weight_kf_adaptive_default, counts);
+        }
+        return weight_kf_adaptive_update(&kf.adaptive, counts);
+    }
+    if (restarted) { weight_kf_init(&kf.constant, &weight_kf_default, counts); }
+    return weight_kf_update(&kf.constant, counts);
+}
+
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
 {
     const int32_t counts = conversion->counts;
@@ -81,19 +120,24 @@ void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conver
         counter_add(&counters.at_rail, 1);
     }
     const bool restarted = !primed;
-    if (restarted) {
-        flags |= MESSAGES_SAMPLE_FLAG_RESTARTED;
-        fir_init(&fir, &fir_lowpass32, counts);
+    if (restarted) { flags |= MESSAGES_SAMPLE_FLAG_RESTARTED; }
+    if (chain_order == MESSAGES_CHAIN_ORDER_FIR_KF) {
+        sample->fir_counts   = run_fir(counts, restarted);
+        sample->kf_counts_q7 = run_kf(sample->fir_counts, restarted);
+        last_counts_q7       = sample->kf_counts_q7;
+    } else {
+        sample->kf_counts_q7 = run_kf(counts, restarted);
+        /* Half up, <= 2^23 - 1 as the estimate is at most that. */
+        const int32_t estimate_counts = (sample->kf_counts_q7 + HALF_Q7) >> WEIGHT_KF_FRACTION_BITS;
+        sample->fir_counts            = run_fir(estimate_counts, restarted);
+        last_counts_q7                = sample->fir_counts * ONE_Q7;
     }
-    sample->fir_counts = fir_update(&fir, counts);
-    if (restarted) { weight_kf_init(&kf, &weight_kf_default, sample->fir_counts); }
-    sample->kf_counts_q7 = weight_kf_update(&kf, sample->fir_counts);
-    primed               = true;
+    primed = true;
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
     sample->raw_counts = counts;
     /* Both within [-2^30, 2^30): the difference fits. */
-    const int32_t net_counts_q7 = sample->kf_counts_q7 - tare_counts_q7;
+    const int32_t net_counts_q7 = last_counts_q7 - tare_counts_q7;
     sample->mass_mg             = mass_from_counts(net_counts_q7, span_ug_per_count_q16);
     sample->flags               = flags;
 }
@@ -101,7 +145,7 @@ void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conver
 bool weighing_tare(void)
 {
     if (!primed) { return false; }
-    tare_counts_q7 = kf.estimate_counts_q7;
+    tare_counts_q7 = last_counts_q7;
     return true;
 }
 
@@ -116,7 +160,8 @@ weighing_counters_t weighing_counters(void)
 
     if (primed) {
         counter_add(&now.fir_clipped, fir.clipped);
-        counter_add(&now.kf_clipped, kf.clipped);
+        counter_add(&now.kf_clipped, kf_kind == MESSAGES_KF_KIND_ADAPTIVE ? kf.adaptive.clipped
+                                                                          : kf.constant.clipped);
     }
     return now;
 }
@@ -126,6 +171,8 @@ weighing_setup_t weighing_setup(void)
     return (weighing_setup_t){.fir_design            = FIR_DESIGN,
                               .fir_taps              = fir_lowpass32.taps,
                               .kf_schedule           = KF_SCHEDULE,
+                              .chain_order           = chain_order,
+                              .kf_kind               = kf_kind,
                               .span_ug_per_count_q16 = span_ug_per_count_q16,
                               .tare_counts_q7        = tare_counts_q7};
 }

@@ -13,6 +13,8 @@ from terazi.link.generated.messages import (
     Hello,
     Result,
     Sample,
+    SampleFlag,
+    SetChain,
     SetStream,
     SetTextMode,
     Status,
@@ -35,6 +37,9 @@ REFUSED = [
     (RawCommand(SetStream.ID, b"\4"), Result.OUT_OF_RANGE),
     (RawCommand(SetStream.ID, b"\xff"), Result.OUT_OF_RANGE),
     (RawCommand(SetTextMode.ID, b"\2"), Result.OUT_OF_RANGE),
+    (RawCommand(SetChain.ID, b"\0"), Result.WRONG_LENGTH),
+    (RawCommand(SetChain.ID, b"\2\0"), Result.OUT_OF_RANGE),
+    (RawCommand(SetChain.ID, b"\0\2"), Result.OUT_OF_RANGE),
 ]
 
 
@@ -49,6 +54,16 @@ def test_get_info_is_answered_by_ack_hello_and_status_in_this_order(uno):
     uno.link.send(GetInfo())
     answered = [type(one.message) for one in uno.wait(0.3)]
     assert answered == [Ack, Hello, Status]
+
+
+def test_set_chain_is_answered_by_ack_and_hello_before_the_next_sample(uno):
+    uno.link.hello()
+    uno.wait(0.5)
+    uno.link.send(SetChain(order=1, kf_kind=1))
+    answered = [one.message for one in uno.wait(0.3) if not isinstance(one.message, Status)]
+    at = next(n for n, one in enumerate(answered) if isinstance(one, Ack))
+    assert [type(one) for one in answered[at : at + 3]] == [Ack, Hello, Sample]
+    assert SampleFlag.RESTARTED in answered[at + 2].flags
 
 
 @pytest.mark.parametrize("mask", [StreamFlag(n) for n in range(4)], ids=str)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from host.tests.fake_device import RATE_HZ, Chain, steps_and_noise
-from terazi.link.generated.messages import FINGERPRINT, Tare
+from terazi.link.generated.messages import FINGERPRINT, ChainOrder, KfKind, SetChain, Tare
 from terazi.recorder import CaptureWriter
 
 METADATA = {
@@ -66,6 +66,18 @@ class CaptureMaker:
         wire = self.chain.answer(Command, mask=[3])
         if not lose_ack:
             self.put(wire)
+        return self
+
+    def set_chain(
+        self, order: ChainOrder, kf_kind: KfKind, *, lose_hello: bool = False
+    ) -> "CaptureMaker":
+        """A set_chain command: its ACK and the HELLO behind it."""
+
+        class Command:
+            id, sequence, payload = SetChain.ID, 0, SetChain(order, kf_kind).pack()
+
+        wire = self.chain.answer(Command, mask=[3])
+        self.put(wire[: wire.index(0) + 1] if lose_hello else wire)
         return self
 
     def end(self) -> Path:

@@ -14,17 +14,27 @@ import time
 import tty
 from collections.abc import Callable
 
-from terazi.cshared import Fir, FrameDecoder, WeightKf, encode_frame, mass_mg_block
+from terazi.cshared import (
+    Fir,
+    FrameDecoder,
+    WeightKf,
+    WeightKfAdaptive,
+    encode_frame,
+    mass_mg_block,
+)
 from terazi.link.generated.messages import (
     FINGERPRINT,
     Ack,
+    ChainOrder,
     ConverterState,
     GetInfo,
     Hello,
+    KfKind,
     ResetCause,
     Result,
     Sample,
     SampleFlag,
+    SetChain,
     SetStream,
     SetTextMode,
     Status,
@@ -59,8 +69,9 @@ class Chain:
         self.tare_counts_q7 = 84_000 << 7
         self.state = ConverterState.RUNNING
         self._fir: Fir | None = None
-        self._kf: WeightKf | None = None
-        self.kf_counts_q7 = 0
+        self._kf: WeightKf | WeightKfAdaptive | None = None
+        self.last_counts_q7 = 0  # what the chain ended with
+        self.order, self.kf_kind = ChainOrder.FIR_KF, KfKind.CONSTANT
 
     def frame(self, message, device_us: int | None = None) -> bytes:
         """The frame of a message, numbered."""
@@ -83,6 +94,8 @@ class Chain:
             converter_rate_hz_q16=0,
             span_ug_per_count_q16=SPAN_UG_PER_COUNT_Q16,
             tare_counts_q7=self.tare_counts_q7,
+            chain_order=self.order,
+            kf_kind=self.kf_kind,
         )
 
     def status(self) -> Status:
@@ -105,24 +118,37 @@ class Chain:
         flags = SampleFlag.GAP if skip else SampleFlag(0)
         if raw in (COUNTS_RAIL_LOW, COUNTS_RAIL_HIGH):
             flags |= SampleFlag.AT_RAIL
-        if restart or self._fir is None:
+        restart = restart or self._fir is None
+        if restart:
             flags |= SampleFlag.RESTARTED
-            self._fir = Fir("lowpass32", raw)
-            fir = self._fir.update(raw)
-            self._kf = WeightKf("default", fir)
+        if self.order == ChainOrder.FIR_KF:
+            fir = self._run_fir(raw, restart)
+            kf_q7 = self.last_counts_q7 = self._run_kf(fir, restart)
         else:
-            fir = self._fir.update(raw)
-        self.kf_counts_q7 = self._kf.update(fir)
+            kf_q7 = self._run_kf(raw, restart)
+            fir = self._run_fir((kf_q7 + 64) >> 7, restart)
+            self.last_counts_q7 = fir * 128
         self.samples += 1
-        mass_mg = mass_mg_block([self.kf_counts_q7], self.tare_counts_q7, SPAN_UG_PER_COUNT_Q16)
+        mass_mg = mass_mg_block([self.last_counts_q7], self.tare_counts_q7, SPAN_UG_PER_COUNT_Q16)
         return Sample(
             conversion=self.conversion % 65536,
             raw_counts=raw,
             fir_counts=fir,
-            kf_counts_q7=self.kf_counts_q7,
+            kf_counts_q7=kf_q7,
             mass_mg=int(mass_mg[0]),
             flags=flags,
         )
+
+    def _run_fir(self, counts: int, restart: bool) -> int:
+        if restart:
+            self._fir = Fir("lowpass32", counts)
+        return self._fir.update(counts)
+
+    def _run_kf(self, counts: int, restart: bool) -> int:
+        if restart:
+            kind = WeightKfAdaptive if self.kf_kind == KfKind.ADAPTIVE else WeightKf
+            self._kf = kind("default", counts)
+        return self._kf.update(counts)
 
     def fall_silent(self) -> None:
         """Time goes on by one conversion, but the converter has none."""
@@ -134,14 +160,20 @@ class Chain:
         """The frames that answer a command."""
         result = Result.OK
         if frame.id == Tare.ID:
-            self.tare_counts_q7 = self.kf_counts_q7
+            self.tare_counts_q7 = self.last_counts_q7
         elif frame.id == SetStream.ID:
             mask[0] = SetStream.unpack(frame.payload).mask
+        elif frame.id == SetChain.ID:
+            chosen = SetChain.unpack(frame.payload)
+            self.order, self.kf_kind = chosen.order, chosen.kf_kind
+            self._fir = None
         elif frame.id not in (GetInfo.ID, SetTextMode.ID):
             result = Result.UNKNOWN_COMMAND
         answer = self.frame(Ack(command=frame.id, command_sequence=frame.sequence, result=result))
+        if frame.id in (GetInfo.ID, SetChain.ID):
+            answer += self.frame(self.hello())
         if frame.id == GetInfo.ID:
-            answer += self.frame(self.hello()) + self.frame(self.status())
+            answer += self.frame(self.status())
         return answer
 
 

@@ -168,9 +168,15 @@ def _codec(message: Message) -> list[str]:
     refusals = [test for field in message.fields for test in _range_tests(field)]
     return [
         f'_Static_assert({size} <= (int)FRAME_PAYLOAD_MAX, "fits in a frame");',
+        f"_Static_assert(!PORT_WIRE_IS_STRUCT || sizeof(messages_{name}_t) == {size},",
+        '               "no padding");',
         "",
         _pack(message),
         "{",
+        "    if (PORT_WIRE_IS_STRUCT) {",
+        f"        memcpy(payload, message, {size});",
+        f"        return {size};",
+        "    }",
         *(_put(field, at) for field, at in placed),
         f"    return {size};",
         "}",
@@ -180,7 +186,11 @@ def _codec(message: Message) -> list[str]:
         f"    messages_{name}_t read;",
         "",
         f"    if (len != {size}) {{ return false; }}",
-        *(_get(field, at) for field, at in placed),
+        "    if (PORT_WIRE_IS_STRUCT) {",
+        f"        memcpy(&read, payload, {size});",
+        "    } else {",
+        *("    " + _get(field, at) for field, at in placed),
+        "    }",
         *(f"    if ({test}) {{ return false; }}" for test in refusals),
         "    *message = read;",
         "    return true;",
@@ -221,13 +231,12 @@ static uint32_t get_u32(const uint8_t at[])
 
 def source(spec: Spec, wire: Wire) -> str:
     """Text of messages.c."""
-    lines = ['#include "messages.h"', "", '#include "frame.h"', ""]
+    includes = ["#include <string.h>", "", '#include "frame.h"', '#include "port_wire.h"', ""]
+    lines = []
     for message in wire.messages:
         if message.fields:
             lines += _codec(message)
     while lines[-1] == "":
         lines.pop()
-    body = "\n".join(lines) + "\n"
-    helpers = "\n".join(HELPERS.values())
-    first, rest = body.split('#include "frame.h"\n\n')
-    return c_comment_head(spec) + first + '#include "frame.h"\n\n' + helpers + "\n" + rest
+    head = "\n".join(['#include "messages.h"', "", *includes, *HELPERS.values()])
+    return c_comment_head(spec) + head + "\n" + "\n".join(lines) + "\n"

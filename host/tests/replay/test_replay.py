@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from host.tests.captures import CaptureMaker
 from terazi.errors import CannotRead
+from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.recorder import load_recording
 from terazi.replay import replay
 
@@ -151,3 +152,37 @@ def test_replay_wants_samples(maker):
 def test_replay_wants_to_know_who_spoke(maker):
     with pytest.raises(CannotRead, match="holds no HELLO"):
         load_recording(maker.samples(10).end())
+
+
+@pytest.mark.parametrize("order", ChainOrder)
+@pytest.mark.parametrize("kf_kind", KfKind)
+def test_replay_follows_the_order_and_the_filter_that_were_announced(maker, order, kf_kind):
+    maker.hello().samples(200).set_chain(order, kf_kind).samples(500).tare().samples(300)
+    result, stages = replayed(maker.end())
+    assert result.agrees
+    assert [stage.compared for stage in stages.values()] == [1000, 1000, 1000]
+    assert result.chains[0] == "fir_kf, constant"
+    assert result.chains[-1] == f"{order.name.lower()}, {kf_kind.name.lower()}"
+    assert sum(model.compared for model in result.models) >= 3000
+
+
+@pytest.mark.parametrize("order", ChainOrder)
+@pytest.mark.parametrize("kf_kind", KfKind)
+@pytest.mark.parametrize(
+    ("field", "stage"), [("fir_counts", "fir"), ("kf_counts_q7", "kalman"), ("mass_mg", "mass")]
+)
+def test_replay_finds_a_wrong_bit_in_every_chain(maker, order, kf_kind, field, stage):
+    maker.hello().set_chain(order, kf_kind).samples(300, change=off_by_one(field, 200))
+    result, stages = replayed(maker.end())
+    assert not result.is_bit_identical
+    assert stages[stage].first[0].sample == 200
+
+
+def test_replay_compares_nothing_where_it_was_not_said_which_chain_it_was(maker):
+    maker.hello().samples(100)
+    maker.set_chain(ChainOrder.KF_FIR, KfKind.ADAPTIVE, lose_hello=True).samples(200)
+    maker.hello().samples(50, restart=True)
+    result, stages = replayed(maker.end())
+    assert result.agrees
+    assert [stage.compared for stage in stages.values()] == [150, 150, 150]
+    assert result.chains == ["fir_kf, constant", "unknown", "kf_fir, adaptive"]

@@ -62,7 +62,7 @@ def _plain(port: str, hello, status) -> dict:
 
 
 def _show(port: str, hello, status) -> None:
-    from terazi.cshared import FIR_DESIGNS, WEIGHT_KF_SCHEDULES
+    from terazi.cshared import FIR_DESIGNS
     from terazi.link.plain import plain_message
     from terazi.units import counts_from_q7, g_per_count
 
@@ -75,7 +75,8 @@ def _show(port: str, hello, status) -> None:
     table.add_row("measured rate", show_rate(status.converter_rate_hz_q16))
     table.add_row("gain", str(hello.gain))
     table.add_row("FIR", f"{_name(FIR_DESIGNS, hello.fir_design)}, {hello.fir_taps} taps")
-    table.add_row("Kalman", _name(WEIGHT_KF_SCHEDULES, hello.kf_schedule))
+    table.add_row("Kalman", _kalman(hello))
+    table.add_row("order", _words(hello.chain_order).replace(" ", " then ").replace("kf", "Kalman"))
     table.add_row("span", f"{g_per_count(hello.span_ug_per_count_q16) * 1000:.4f} mg a count")
     table.add_row("tare", f"{counts_from_q7(hello.tare_counts_q7):.1f} counts")
     shown = {"converter_state", "converter_rate_hz"}
@@ -85,6 +86,15 @@ def _show(port: str, hello, status) -> None:
                 name.replace("_", " "), f"[red]{value}[/]" if _is_bad(name, value) else str(value)
             )
     out.print(table)
+
+
+def _kalman(hello) -> str:
+    from terazi.cshared import WEIGHT_KF_SCHEDULES
+    from terazi.link.generated.messages import KfKind
+
+    if hello.kf_kind == KfKind.CONSTANT:
+        return _name(WEIGHT_KF_SCHEDULES, hello.kf_schedule)
+    return _words(hello.kf_kind)
 
 
 def _words(value) -> str:

@@ -50,6 +50,7 @@ def _plain(recording, result) -> dict:
         "segments_begun_in_mid_stream": result.unprimed,
         "fir_design": result.design,
         "kf_schedule": result.schedule,
+        "chains": result.chains,
         "stages": [dataclasses.asdict(stage) for stage in result.stages],
         "models": [
             {
@@ -69,7 +70,8 @@ def _show(recording, result) -> None:
     out.print(
         f"{result.samples} samples in {len(result.segments)} "
         f"{'segment' if len(result.segments) == 1 else 'segments'}, "
-        f"FIR {result.design}, Kalman {result.schedule}"
+        f"FIR {result.design}, Kalman {result.schedule}; "
+        f"order and Kalman filter: {'; then '.join(result.chains)}"
     )
     head = ("stage", "against", "compared", "verdict", "largest", "budget")
     table = Table(*head, box=None, pad_edge=False)
@@ -92,7 +94,8 @@ def _show(recording, result) -> None:
         errors.print(
             f"{result.unprimed} segments begin in mid-stream (frames were lost, or recording began "
             "late): there the FIR is compared once its window is full, the Kalman filter from the "
-            "device's own estimate once its gain is steady, and the models not at all.",
+            "device's own estimate once its gain is steady (the adaptive one not at all), and the "
+            "models not at all.",
             style="yellow",
         )
     if not recording.ended_cleanly:

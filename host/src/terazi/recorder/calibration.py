@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from terazi.link.generated.messages import Ack, Hello, Result, Tare
+from terazi.recorder.chain import chain_of, last_counts_q7
 from terazi.recorder.recording import Recording
 
 CONVERSION_PERIOD = 1 << 16
@@ -32,7 +33,7 @@ class Calibration:
 def calibration_of(recording: Recording) -> Calibration:
     """Follow HELLOs and acknowledged tare commands through a recording.
 
-    A tare takes the device's present estimate, which is that of the last sample before the ACK.
+    A tare takes what the chain ends with, which is that of the last sample before the ACK.
     Where a frame is missing that was no sample, it may have been such an ACK: from there to the
     next HELLO nothing is certain.
     """
@@ -40,6 +41,8 @@ def calibration_of(recording: Recording) -> Calibration:
     tare_q7 = np.full(count, recording.hello.tare_counts_q7, np.int64)
     span_q16 = np.full(count, recording.hello.span_ug_per_count_q16, np.int64)
     is_certain = np.zeros(count, bool)
+    chain = chain_of(recording)
+    last_q7 = last_counts_q7(recording, chain)
     losses = [at for at in _unexplained_losses(recording) if not _hello_after_loss(recording, at)]
     events = [*recording.others, *((at, None) for at in losses)]
     for at, received in sorted(events, key=lambda event: event[0]):  # stable: losses come last
@@ -50,15 +53,15 @@ def calibration_of(recording: Recording) -> Calibration:
             is_certain[at:] = True
         elif _is_tare(message):
             if at:
-                tare_q7[at:] = recording.samples["kf_counts_q7"][at - 1]
-            is_certain[at:] &= at > 0 and received.lost_before == 0
+                tare_q7[at:] = last_q7[at - 1]
+            is_certain[at:] &= at > 0 and received.lost_before == 0 and chain.is_certain[at - 1]
         elif message is None:
             is_certain[at:] = False
     return Calibration(tare_q7, span_q16, is_certain)
 
 
 def _is_tare(message) -> bool:
-    """Whether this says that the device has taken its present estimate as zero load."""
+    """Whether this says that the device has taken its present weight as zero load."""
     return isinstance(message, Ack) and (message.command, message.result) == (Tare.ID, Result.OK)
 
 

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Each stage by itself: fed with what the device fed to it, compared with what it answered.
 
-    fir     raw_counts   -> fir_counts
-    kalman  fir_counts   -> kf_counts_q7
-    mass    kf_counts_q7 -> mass_mg, with the tare and span that held at the time
+    fir     raw_counts   -> fir_counts       the other order:  kf_counts_q7 in whole counts
+    kalman  fir_counts   -> kf_counts_q7                       raw_counts
+    mass    kf_counts_q7 -> mass_mg                            fir_counts
+            with the tare and span that held at the time
 
+Order and Kalman filter are those that the device announced, segment by segment.
 Where a segment's beginning is unknown, the FIR is compared from the first sample whose whole
 window was recorded, and the Kalman filter starts from the device's own answer once its gain
-schedule must have ended. Nothing is compared that is not certain. The models' side: models.py
+schedule must have ended; the adaptive one cannot be known then. Nothing is compared that is not
+certain. The models' side: models.py
 """
 
 import struct
@@ -15,9 +18,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from terazi.cshared import FIR_DESIGNS, WEIGHT_KF_SCHEDULES, Fir, WeightKf, mass_mg_block
+from terazi.cshared import (
+    FIR_DESIGNS,
+    WEIGHT_KF_SCHEDULES,
+    Fir,
+    WeightKf,
+    WeightKfAdaptive,
+    mass_mg_block,
+)
 from terazi.errors import CannotRead
+from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.recorder.calibration import calibration_of
+from terazi.recorder.chain import Chain, chain_of, last_counts_q7
 from terazi.recorder.recording import Recording
 from terazi.replay.models import ModelResult, compare_with_models
 from terazi.replay.segments import Segment, segments_of
@@ -63,6 +75,7 @@ class Replay:
     segments: list[Segment]
     design: str
     schedule: str
+    chains: list[str]  # order and Kalman filter, each that was used, in turn
     stages: list[StageResult]
     models: list[ModelResult]
 
@@ -86,17 +99,25 @@ def replay(recording: Recording) -> Replay:
     schedule = _known(WEIGHT_KF_SCHEDULES, hello.kf_schedule, "gain schedule")
     samples = recording.samples
     segments = segments_of(samples)
+    chain = chain_of(recording)
     fir, kalman = StageResult("fir"), StageResult("kalman")
     for segment in segments:
-        _compare_fir(fir, samples, segment, design)
-        _compare_kalman(kalman, samples, segment, schedule)
+        if (known := chain.at(segment.begin)) is None:
+            continue
+        order, kind = known
+        _compare_fir(fir, samples, segment, design, order)
+        if kind == KfKind.ADAPTIVE:
+            _compare_adaptive(kalman, samples, segment, order)
+        else:
+            _compare_kalman(kalman, samples, segment, schedule, order)
     return Replay(
         samples=len(recording),
         segments=segments,
         design=design,
         schedule=schedule,
-        stages=[fir, kalman, _compare_mass(recording)],
-        models=compare_with_models(recording, segments, design, schedule),
+        chains=_chains(chain, segments),
+        stages=[fir, kalman, _compare_mass(recording, chain)],
+        models=compare_with_models(recording, segments, design, schedule, chain),
     )
 
 
@@ -106,16 +127,53 @@ def _known(names: tuple[str, ...], index: int, what: str) -> str:
     return names[index]
 
 
-def _compare_fir(result: StageResult, samples: dict, segment: Segment, design: str) -> None:
-    raw = samples["raw_counts"][segment.begin : segment.end]
-    fir = Fir(design, int(raw[0]))
-    host = fir.block(raw)
+def _chains(chain: Chain, segments: list[Segment]) -> list[str]:
+    """What was announced, each change of it once."""
+    found: list[str] = []
+    for segment in segments:
+        known = chain.at(segment.begin)
+        name = "unknown"
+        if known is not None:
+            order, kind = ChainOrder(known[0]), KfKind(known[1])
+            name = f"{order.name.lower()}, {kind.name.lower()}"
+        if found[-1:] != [name]:
+            found.append(name)
+    return found
+
+
+def fir_input(samples: dict, place: slice, order: int) -> np.ndarray:
+    """What the device fed to its FIR: in the other order the estimate, half up."""
+    if order == ChainOrder.FIR_KF:
+        return samples["raw_counts"][place]
+    return ((samples["kf_counts_q7"][place].astype(np.int64) + 64) >> 7).astype(np.int32)
+
+
+def kf_input(samples: dict, place: slice, order: int) -> np.ndarray:
+    """What the device fed to its Kalman filter."""
+    return samples["fir_counts" if order == ChainOrder.FIR_KF else "raw_counts"][place]
+
+
+def _place(segment: Segment) -> slice:
+    return slice(segment.begin, segment.end)
+
+
+def _compare_fir(result, samples: dict, segment: Segment, design: str, order: int) -> None:
+    fed = fir_input(samples, _place(segment), order)
+    fir = Fir(design, int(fed[0]))
+    host = fir.block(fed)
     skip = 0 if segment.is_primed else fir.taps - 1
     _add(result, samples, "fir_counts", segment, host, skip)
 
 
-def _compare_kalman(result: StageResult, samples: dict, segment: Segment, schedule: str) -> None:
-    measured = samples["fir_counts"][segment.begin : segment.end]
+def _compare_adaptive(result, samples: dict, segment: Segment, order: int) -> None:
+    if segment.is_primed:
+        fed = kf_input(samples, _place(segment), order)
+        host = WeightKfAdaptive("default", int(fed[0])).block(fed)
+        _add(result, samples, "kf_counts_q7", segment, host, 0)
+
+
+def _compare_kalman(result, samples: dict, segment: Segment, schedule: str, order: int) -> None:
+    measured = kf_input(samples, _place(segment), order)
     if segment.is_primed:
         host = WeightKf(schedule, int(measured[0])).block(measured)
         _add(result, samples, "kf_counts_q7", segment, host, 0)
@@ -147,15 +205,16 @@ class _Steady:
         return self._kf
 
 
-def _compare_mass(recording: Recording) -> StageResult:
+def _compare_mass(recording: Recording, chain: Chain) -> StageResult:
     result = StageResult("mass")
     samples = recording.samples
     calibration = calibration_of(recording)
+    last_q7 = last_counts_q7(recording, chain)
     for begin, end in calibration.stretches():
-        if not calibration.is_certain[begin]:
+        if not calibration.is_certain[begin] or not chain.is_certain[begin:end].all():
             continue
         tare_q7 = int(calibration.tare_counts_q7[begin])
         span_q16 = int(calibration.span_ug_per_count_q16[begin])
-        host = mass_mg_block(samples["kf_counts_q7"][begin:end], tare_q7, span_q16)
+        host = mass_mg_block(last_q7[begin:end], tare_q7, span_q16)
         result.add(samples, np.arange(begin, end), samples["mass_mg"][begin:end], host)
     return result
