@@ -62,6 +62,18 @@ def go_on(core: AvrCore, samples: Sequence[Sequence[int]]) -> list[tuple[int, ..
     return results
 
 
+def start_chain(core: AvrCore, first: Sequence[int]) -> None:
+    """Start rest with its first sample; `mahony` must have set up the filter."""
+    core.request("4", struct.pack("<H9h3i", *first))
+
+
+def chain(core: AvrCore, samples: Sequence[Sequence[int]]) -> None:
+    """rest and mahony over samples, as a device runs them; start_chain comes before."""
+    packed = [struct.pack("<H9h3i", *sample) for sample in samples]
+    for at in range(0, len(packed), SAMPLES_PER_REQUEST):
+        core.request("5", b"".join(packed[at : at + SAMPLES_PER_REQUEST]))
+
+
 def free_acceleration(core: AvrCore, acc: Sequence[int]) -> tuple[int, ...]:
     """acc less gravity at the attitude that the chip has now."""
     return struct.unpack("<3h", core.request("3", struct.pack("<3h", *acc)))

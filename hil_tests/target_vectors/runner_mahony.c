@@ -2,6 +2,8 @@
 #include "runner_mahony.h"
 
 #include "mahony.h"
+#include "rest.h"
+#include "rest_configs.h"
 
 #include <string.h>
 
@@ -9,7 +11,9 @@ enum {
     OP_INIT         = '0', /* axes u8, mahony_config_t as the chip lays it out -> accepted u8 */
     OP_UPDATE       = '1', /* n x sample_t -> n x result_t */
     OP_COUNTS       = '2', /* -> mahony_counts_t */
-    OP_ACCELERATION = '3'  /* acc 3 i16 -> free of gravity 3 i16 */
+    OP_ACCELERATION = '3', /* acc 3 i16 -> free of gravity 3 i16 */
+    OP_CHAIN_START  = '4', /* rest takes its first sample_t */
+    OP_CHAIN        = '5'  /* n x sample_t, the bias from rest: what the budget measures */
 };
 
 typedef struct {
@@ -26,6 +30,7 @@ typedef struct {
 static mahony_config_t config;
 static mahony_t        mahony;
 static mahony_euler_t  euler;
+static rest_t          rest;
 static uint8_t         axes;
 
 static uint8_t init(uint8_t buffer[])
@@ -61,6 +66,43 @@ static uint8_t update(uint8_t buffer[], uint8_t len)
     return reply;
 }
 
+/* A device's whole step, in functions of their own so that their cost can be measured. */
+
+static sample_t sample;
+
+__attribute__((noinline)) static void attitude6(void)
+{
+    rest_update(&rest, sample.gyro, sample.acc);
+    mahony_update(&mahony, sample.gyro, sample.acc, rest.bias_q16);
+}
+
+__attribute__((noinline)) static void attitude9(void)
+{
+    rest_update(&rest, sample.gyro, sample.acc);
+    mahony_update(&mahony, sample.gyro, sample.acc, rest.bias_q16);
+    mahony_update_mag(&mahony, sample.mag);
+}
+
+static uint8_t chain(const uint8_t buffer[], uint8_t len)
+{
+    for (uint8_t at = 0; at < len; at = (uint8_t)(at + sizeof sample)) {
+        memcpy(&sample, &buffer[at], sizeof sample);
+        if (axes == 9U) {
+            attitude9();
+        } else {
+            attitude6();
+        }
+    }
+    return 0;
+}
+
+static uint8_t start_chain(const uint8_t buffer[])
+{
+    memcpy(&sample, buffer, sizeof sample);
+    rest_init(&rest, &rest_286hz, sample.gyro, sample.acc);
+    return 0;
+}
+
 static uint8_t free_acceleration(uint8_t buffer[])
 {
     int16_t acc[3], free_b[3];
@@ -80,6 +122,8 @@ uint8_t runner_mahony_serve(uint8_t op, uint8_t buffer[], uint8_t len)
         memcpy(buffer, &mahony.counts, sizeof mahony.counts);
         return sizeof mahony.counts;
     case OP_ACCELERATION: return free_acceleration(buffer);
+    case OP_CHAIN_START: return start_chain(buffer);
+    case OP_CHAIN: return chain(buffer, len);
     default: return 0;
     }
 }

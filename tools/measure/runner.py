@@ -70,11 +70,17 @@ def _cases() -> dict[str, Case]:
         **{
             key: Case(function, runner_mahony.drive, runner_mahony.prepare)
             for key, function in {
-                "mahony_6_axes": "mahony_update",
+                "mahony_update": "mahony_update",
                 "mahony_mag": "mahony_update_mag",
                 "mahony_quaternion": "mahony_quaternion",
-                "mahony_euler": "mahony_euler",
+                "euler": "mahony_euler",
             }.items()
+        },
+        **{
+            f"mahony{axes}": Case(
+                f"attitude{axes}", runner_mahony.drive_chain, runner_mahony.prepare_chain(axes)
+            )
+            for axes in (6, 9)
         },
         "scale": Case("scale_update", runner_scale.drive_scale, elf=RUNNER_SCALE),
         "checkweigher": Case(

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Callable
+
 from target_vectors import avr_mahony
 from target_vectors.avr_core import AvrCore
 from terazi.design import mahony as design
@@ -14,6 +17,8 @@ INPUTS = (
     *(f"bias_{axis}_q16" for axis in "xyz"),
 )
 STARTED = (0, 0, 0, 0, 30, -40, 2048, 300, 2000, -4500, 0, 0, 0)
+STILL_SAMPLES = 2000
+SEED = 11
 VECTORS = ("mahony_rest", "mahony_fast", "mahony_heading", "mahony_pitch", "mahony_magnet")
 
 
@@ -22,9 +27,38 @@ def prepare(core: AvrCore) -> None:
     avr_mahony.mahony(core, design.named("286hz"), [STARTED] * 300, axes=9)
 
 
+def prepare_chain(axes: int) -> Callable[[AvrCore], None]:
+    """Start rest and mahony by the same sample, as a device does, and take one more: the update
+    after the start is the last dear one. What comes is the ramp and all that follows."""
+
+    def prepare_axes(core: AvrCore) -> None:
+        avr_mahony.mahony(core, design.named("286hz"), [STARTED], axes=axes)
+        avr_mahony.start_chain(core, STARTED)
+        avr_mahony.chain(core, [STARTED])
+
+    return prepare_axes
+
+
+def drive_chain(core: AvrCore) -> None:
+    """Still for 7 s, so that rest learns while gains fall and after; then as `drive`."""
+    rng = random.Random(SEED)
+    still = [
+        (0, *(value + rng.randint(-3, 3) for value in STARTED[1:10]), 0, 0, 0)
+        for _ in range(STILL_SAMPLES)
+    ]
+    avr_mahony.chain(core, still + vector_rows())
+
+
 def drive(core: AvrCore) -> None:
     """At rest, swung, through the lock of pitch, near a magnet; the ramp ends on the way."""
+    avr_mahony.go_on(core, vector_rows())
+
+
+def vector_rows() -> list[tuple[int, ...]]:
+    """The vectors' samples one after the other, without their gaps."""
+    rows: list[tuple[int, ...]] = []
     for name in VECTORS:
         (vector,) = golden(name)
-        rows = zip(*(vector[column] for column in INPUTS), strict=True)
-        avr_mahony.go_on(core, [(0, *row[1:]) for row in rows])
+        columns = zip(*(vector[column] for column in INPUTS), strict=True)
+        rows += [(0, *row[1:]) for row in columns]
+    return rows
