@@ -27,7 +27,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if not config.getoption("sanitized"):
         return
     sys.path.insert(0, str(ROOT))
-    from tools.build import cshared
+    from tools.extension import cshared
 
     built = cshared.ensure(sanitize=True)  # workers of xdist find it built
     if EXTENSION in sys.modules:

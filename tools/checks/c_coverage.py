@@ -14,7 +14,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from tools.build import cshared
+from tools.extension import cshared
 
 EXTENSION = "terazi.cshared._cshared"
 FOLDER = Path(__file__).resolve().parents[2] / ".build/coverage"

@@ -4,7 +4,7 @@
 import subprocess
 import sys
 
-from tools.build import cshared
+from tools.extension import cshared
 
 OVERFLOW = """
 import importlib.util, sys

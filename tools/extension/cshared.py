@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Builds terazi.cshared._cshared, the cffi extension, from shared_c.
 
-    python -m tools.build.cshared [--sanitize] [--force]
+    python -m tools.extension.cshared [--sanitize] [--force]
 
 Without an option: in place, beside terazi/cshared/__init__.py, and only if a source is newer.
 --sanitize: a variant in .build/ubsan for tests, where signed overflow is an error. Python's own

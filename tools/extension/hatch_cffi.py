@@ -15,7 +15,7 @@ class CffiBuildHook(BuildHookInterface):
     def initialize(self, version: str, build_data: dict) -> None:
         sys.path.insert(0, str(ROOT))
         try:
-            from tools.build import cshared
+            from tools.extension import cshared
         finally:
             sys.path.remove(str(ROOT))
 
