@@ -9,6 +9,7 @@ import numpy as np
 
 from terazi.cshared._cshared import ffi, lib
 from terazi.cshared.filters import _int32, _named, _names, _pointer
+from terazi.cshared.state import CState
 
 WEIGHT_KF_ADAPTIVE_VARIANTS = _names("WEIGHT_KF_ADAPTIVE_VARIANT_")
 """Variants of weight_kf_adaptive.toml, in order of index."""
@@ -16,7 +17,7 @@ WEIGHT_KF_ADAPTIVE_VARIANTS = _names("WEIGHT_KF_ADAPTIVE_VARIANT_")
 NOISE_MIN_Q8, NOISE_MAX_Q8 = 1 << 8, (1 << 15) - 1
 
 
-class _Adaptive:
+class _Adaptive(CState):
     """What both share. variant : name or index of weight_kf_adaptive.toml, or the fields of
     weight_kf_adaptive_config_t. first_counts : where the estimate starts."""
 
@@ -39,23 +40,19 @@ class _Adaptive:
         return ffi.new("weight_kf_adaptive_config_t *", dict(fields))
 
     @property
-    def _rest(self):
-        return self._c
-
-    @property
     def clipped(self) -> int:
         """Measurements clamped so far, stops at 65535."""
-        return self._rest.clipped
+        return self._configured.clipped
 
     @property
     def noise_counts(self) -> float:
         """The noise as learnt, counts rms."""
-        return self._rest.noise_q16 / 65536
+        return self._configured.noise_q16 / 65536
 
     @property
     def var_counts2(self) -> float:
         """The estimate's variance as the filter believes."""
-        return self._rest.var_q16 / 65536
+        return self._configured.var_q16 / 65536
 
     def update(self, measured_counts: int) -> int:
         """Take one measurement in counts, give the new estimate in counts Q7."""
@@ -74,24 +71,6 @@ class _Adaptive:
         if noise_counts is not None:
             noise_counts[:] = noise_q16 / 65536
         return estimates
-
-    def save(self) -> bytes:
-        """State, for restore() on a filter of the same variant, in the same process."""
-        return bytes(ffi.buffer(self._c))
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
-        if len(state) != ffi.sizeof(self._c[0]):
-            raise ValueError(f"not the state of a {type(self).__name__}")
-        ffi.buffer(self._c)[:] = state
-        self._rest.config = self._config
-
-    def copy(self):
-        """Another filter in the same state."""
-        twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__)  # configuration is constant: shared
-        twin._c = ffi.new(f"{self._TYPE} *", self._c[0])
-        return twin
 
 
 class WeightKfAdaptive(_Adaptive):
@@ -117,7 +96,7 @@ class WeightKfPair(_Adaptive):
     _BLOCK = staticmethod(lib.adaptive_blocks_pair)
 
     @property
-    def _rest(self):
+    def _configured(self):
         return self._c.rest
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 from terazi.cshared._cshared import ffi, lib
 from terazi.cshared.imu import pointer
 from terazi.cshared.scales import whole
+from terazi.cshared.state import CState
 
 CheckweigherEvent = IntEnum(
     "CheckweigherEvent",
@@ -21,7 +22,7 @@ CheckweigherEvent = IntEnum(
 )
 
 
-class Checkweigher:
+class Checkweigher(CState):
     """Weighs, judges and counts products (checkweigher.h).
 
     config : fields of checkweigher_config_t.
@@ -65,21 +66,3 @@ class Checkweigher:
         arrays = (pointer(array) for array in (masses, times, events, weighed_mg))
         lib.scale_blocks_checkweigher(self._c, *arrays, len(masses))
         return events, weighed_mg
-
-    def save(self) -> bytes:
-        """State, for restore() on one of the same configuration, in the same process."""
-        return bytes(ffi.buffer(self._c))
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
-        if len(state) != ffi.sizeof("checkweigher_t"):
-            raise ValueError("not the state of a Checkweigher")
-        ffi.buffer(self._c)[:] = state
-        self._c.config = self._config
-
-    def copy(self) -> Checkweigher:
-        """Another one in the same state."""
-        twin = object.__new__(Checkweigher)
-        twin._config = self._config  # constant: shared
-        twin._c = ffi.new("checkweigher_t *", self._c[0])
-        return twin

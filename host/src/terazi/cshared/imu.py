@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from terazi.cshared._cshared import ffi, lib
+from terazi.cshared.state import CState
 
 REST_RATES = tuple(
     sorted(
@@ -38,29 +39,7 @@ def pointer(array: np.ndarray):
     return ffi.from_buffer(f"{array.dtype.name}_t[]", array, require_writable=array.flags.writeable)
 
 
-class _State:
-    """What both share: a C state beside a constant configuration."""
-
-    def save(self) -> bytes:
-        """State, for restore() on one of the same configuration, in the same process."""
-        return bytes(ffi.buffer(self._c))
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
-        if len(state) != ffi.sizeof(self._c[0]):
-            raise ValueError(f"not the state of a {type(self).__name__}")
-        ffi.buffer(self._c)[:] = state
-        self._c.config = self._config
-
-    def copy(self):
-        """Another one in the same state."""
-        twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__)  # configuration is constant: shared
-        twin._c = ffi.new(ffi.typeof(self._c), self._c[0])
-        return twin
-
-
-class ImuCal(_State):
+class ImuCal(CState):
     """Calibration of one sensor of three axes (imu_cal.h).
 
     matrix_q16 : (3, 3) M - I;  offset_q16, slope_q16 : (3,), after M. Without any: identity.
@@ -110,7 +89,7 @@ class ImuCal(_State):
         return calibrated
 
 
-class Rest(_State):
+class Rest(CState):
     """Stillness and the gyroscope's bias (rest.h).
 
     config : name of a rate of rest.toml, or fields of rest_config_t, as

@@ -10,6 +10,7 @@ import numpy as np
 
 from terazi.cshared._cshared import ffi, lib
 from terazi.cshared.imu import pointer
+from terazi.cshared.state import CState
 
 _STATUS_WORDS = ["OK", "BAD_", "NOT_", "TOO_", "OUT_", "UNKNOWN"]
 
@@ -61,7 +62,7 @@ def whole(values, dtype, what: str) -> np.ndarray:
     return converted
 
 
-class Scale:
+class Scale(CState):
     """A scale (scale.h).
 
     config : fields of scale_config_t, as terazi.design.scale.config makes them; None: the nominal
@@ -135,21 +136,3 @@ class Scale:
     def count_out(self, pieces: int) -> None:
         """What lies there net is so many pieces."""
         self._accept("pieces", lib.scale_count_out(self._c, pieces))
-
-    def save(self) -> bytes:
-        """State, for restore() on one of the same configuration, in the same process."""
-        return bytes(ffi.buffer(self._c))
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
-        if len(state) != ffi.sizeof("scale_t"):
-            raise ValueError("not the state of a Scale")
-        ffi.buffer(self._c)[:] = state
-        self._c.config = self._config
-
-    def copy(self) -> Scale:
-        """Another one in the same state."""
-        twin = object.__new__(Scale)
-        twin._config = self._config  # constant: shared
-        twin._c = ffi.new("scale_t *", self._c[0])
-        return twin
