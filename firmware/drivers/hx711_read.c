@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hx711.h"
+#include "port_hot.h"
 #include "uno_pins.h"
 
 #include <avr/cpufunc.h>
@@ -45,7 +46,7 @@
     __asm__("clr %0" : "=r"(name))
 
 /* Unrolled: a loop would cost as much again as the pulses themselves. */
-bool hx711_read(int32_t *counts, uint8_t extra_pulses)
+PORT_OUTLINE bool hx711_read(int32_t *counts, uint8_t extra_pulses)
 {
     bool at_rest = true;
     CLEARED(high);

@@ -5,9 +5,6 @@
 
 #include <stdint.h>
 
-/* Keeps the registers of a rare path out of the usual one. */
-#define PORT_OUTLINE __attribute__((noinline))
-
 /* sum + a * b; the caller knows that it fits. 22 cycles. */
 static inline int32_t port_mac_i16(int32_t sum, int16_t a, int16_t b)
 {

@@ -3,11 +3,14 @@
 
 import dataclasses
 import pathlib
+import re
 
 FLASH_SIZE = 0x8000
 SRAM_BASE = 0x800000  # avr-gcc puts data addresses here ...
 EEPROM_BASE = 0x810000  # ... and EEPROM contents here
 EEPROM_END = 0x820000
+# What gcc appends to the name of a function that it fitted to its callers; a .part is no function.
+CLONE = re.compile(r"(\.(constprop|isra|lto_priv)\.\d+)+$")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,6 +54,8 @@ def _read_elf(path):
             symbols[symbol.name] = symbol["st_value"]
             if symbol["st_info"]["type"] == "STT_FUNC":
                 functions[symbol.name] = (symbol["st_value"], symbol["st_size"])
+    for name, value in list(symbols.items()):
+        symbols.setdefault(CLONE.sub("", name), value)
     return Program(flash, eeprom, symbols, functions)
 
 

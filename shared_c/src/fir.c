@@ -5,6 +5,7 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fir.h"
+#include "port_hot.h"
 
 enum { HALF_UNITY_Q15 = 16384, UNITY_Q15 = 32768 };
 
@@ -75,7 +76,7 @@ static void take(fir_t *fir, int32_t sample_counts)
     fir->next = next == size ? 0U : next;
 }
 
-int32_t fir_update(fir_t *fir, int32_t sample_counts)
+PORT_OUTLINE int32_t fir_update(fir_t *fir, int32_t sample_counts)
 {
     take(fir, sample_counts);
     const int32_t sum = port_fir_fold(fir->window, fir->config, fir->next);
@@ -83,7 +84,7 @@ int32_t fir_update(fir_t *fir, int32_t sample_counts)
     return fixed_clamp_counts(sum, &fir->clipped); /* |sum| <= 2^24: sum |c| < 2 */
 }
 
-int32_t fir_update_default(fir_t *fir, int32_t sample_counts)
+PORT_OUTLINE int32_t fir_update_default(fir_t *fir, int32_t sample_counts)
 {
     if (fir->config != fir_designs[0]) { return fir_update(fir, sample_counts); }
     take(fir, sample_counts);

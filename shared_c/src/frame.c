@@ -5,6 +5,7 @@
 
 #include "port_assert.h"
 #include "port_crc.h"
+#include "port_hot.h"
 
 enum {
     DELIMITER = 0x00,
@@ -42,7 +43,7 @@ static void put(writer_t *writer, uint8_t byte)
     put_cobs(writer, byte);
 }
 
-uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
+PORT_OUTLINE uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
 {
     writer_t writer = {wire, 1U, 0U, PORT_CRC16_START};
     uint32_t clock  = frame->device_us;

@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_assert.h"
+#include "port_hot.h"
 #include "port_i16.h"
 #include "port_imu_cal.h"
 

@@ -5,6 +5,7 @@
 
 #include "fixed.h"
 #include "mahony.h"
+#include "port_hot.h"
 
 enum { MAHONY_ONE_Q14 = 16384 };
 

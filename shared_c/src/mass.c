@@ -3,12 +3,13 @@
 
 #include <stdbool.h>
 
+#include "port_hot.h"
 #include "port_mass.h"
 
 /* Half a milligram, in parts of which a milligram has 2^7 * 2^16 * 1000 = 125 * 2^26. */
 #define HALF_PARTS (UINT32_C(125) << 25)
 
-int32_t mass_from_counts(int32_t net_counts_q7, uint32_t span_ug_per_count_q16)
+PORT_OUTLINE int32_t mass_from_counts(int32_t net_counts_q7, uint32_t span_ug_per_count_q16)
 {
     const bool     negative  = net_counts_q7 < 0;
     const uint32_t magnitude = negative ? 0U - (uint32_t)net_counts_q7 : (uint32_t)net_counts_q7;

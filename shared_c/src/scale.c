@@ -2,6 +2,7 @@
 #include "scale.h"
 
 #include "fixed.h"
+#include "port_hot.h"
 #include "port_i16.h"
 #include "port_wide.h"
 #include "scale_wide.h"
@@ -183,7 +184,7 @@ static PORT_OUTLINE uint8_t judge(const scale_t *scale, int32_t load)
     return zero ? stable | SCALE_AT_ZERO : stable;
 }
 
-uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
+PORT_OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
 {
     const uint32_t elapsed_us = device_us - scale->last_us;
 

@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_assert.h"
+#include "port_hot.h"
 #include "port_weight_kf.h"
 
 _Static_assert(WEIGHT_KF_FRACTION_BITS == 7, "fixed_counts_q7");
@@ -34,7 +35,7 @@ __attribute__((noinline)) static int32_t update_clamped(weight_kf_t *kf, int32_t
     return update_within(kf, fixed_rail_counts(measured_counts, &kf->clipped));
 }
 
-int32_t weight_kf_update(weight_kf_t *kf, int32_t measured_counts)
+PORT_OUTLINE int32_t weight_kf_update(weight_kf_t *kf, int32_t measured_counts)
 {
     if (!fixed_is_counts(measured_counts)) { return update_clamped(kf, measured_counts); }
     return update_within(kf, measured_counts);

@@ -4,6 +4,7 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fixed.h"
+#include "port_hot.h"
 #include "port_weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
 
@@ -57,7 +58,7 @@ __attribute__((noinline)) static int32_t update_clamped(weight_kf_adaptive_t *kf
                                         WEIGHT_KF_ADAPTIVE_JUMP_FROM_SIGMAS);
 }
 
-int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
+PORT_OUTLINE int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
 {
     if (!fixed_is_counts(measured_counts)) { return update_clamped(kf, measured_counts); }
     return port_weight_kf_adaptive_step(kf, measured_counts, WEIGHT_KF_ADAPTIVE_JUMP_FROM_SIGMAS);
