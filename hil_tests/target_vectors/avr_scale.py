@@ -12,8 +12,8 @@ from target_vectors.avr_core import AvrCore
 INIT, UPDATE, OUTCOME = 0, 1, 8
 CHECK_INIT, CHECK, CHECK_DONE = 9, 10, 11
 FIRST_COMMAND, LAST_COMMAND = 2, 7  # in the vectors 1..6; 0 is a sample
-SAMPLES_PER_REQUEST = 18
-ANSWER = struct.Struct("<B3i")
+SAMPLES_PER_REQUEST = 14
+ANSWER = struct.Struct("<B4i")
 # scale_config_t's fields in order; the chip pads nothing.
 SCALE_LAYOUT = {
     "max_mg": "i",
@@ -45,11 +45,9 @@ def scale_init(core: AvrCore, config: Mapping) -> int:
     return core.request("W", struct.pack(layout, INIT, *fields))[0]
 
 
-def scale(
-    core: AvrCore, rows: Iterable[tuple[int, int, int, int]]
-) -> list[tuple[int, int, int, int]]:
-    """(answer, net, shown, pieces) of rows (command, argument, counts, time), as in vectors."""
-    answers: list[tuple[int, int, int, int]] = []
+def scale(core: AvrCore, rows: Iterable[tuple[int, int, int, int]]) -> list[tuple[int, ...]]:
+    """(answer, net, shown, pieces, mass) of rows (command, argument, counts, time), as vectors."""
+    answers: list[tuple[int, ...]] = []
     for is_command, group in groupby(rows, key=lambda row: row[0] != 0):
         part = list(group)
         if is_command:

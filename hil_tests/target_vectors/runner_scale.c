@@ -8,11 +8,11 @@
 #include <string.h>
 
 enum {
-    ASK            = 'W', /* the only op: the payload's first byte tells what is asked */
-    ASK_INIT       = 0,   /* scale_config_t as the chip lays it out -> status u8 */
-    ASK_UPDATE     = 1, /* n x counts i32, device_us u32 -> n x flags u8, net, shown, pieces i32 */
-    ASK_ZERO       = 2, /* the commands: -> status u8, net, shown, pieces i32 */
-    ASK_TARE       = 3,
+    ASK        = 'W', /* the only op: the payload's first byte tells what is asked */
+    ASK_INIT   = 0,   /* scale_config_t as the chip lays it out -> status u8 */
+    ASK_UPDATE = 1,   /* n x counts i32, device_us u32 -> n x flags u8, net, shown, pieces, mass */
+    ASK_ZERO   = 2,   /* the commands: -> status u8, net, shown, pieces, mass of 0 */
+    ASK_TARE   = 3,
     ASK_TARE_CLEAR = 4,
     ASK_SHOW       = 5, /* what u16 */
     ASK_COUNT_OUT  = 6, /* pieces u16 */
@@ -22,7 +22,7 @@ enum {
     ASK_CHECK      = 10, /* n x mass i32, device_us u32 -> n x event u8, weighed i32 */
     ASK_CHECK_DONE = 11, /* -> counts 8 u32, unweighed u16, entered_us, left_us u32, pace u16 */
     SAMPLE_BYTES   = 8,
-    SAMPLES_MAX    = 18
+    SAMPLES_MAX    = 14
 };
 
 static scale_config_t config, config_asked;
@@ -37,12 +37,13 @@ static uint8_t *put_i32(uint8_t *at, int32_t value)
     return at + sizeof value;
 }
 
-static uint8_t *put_answer(uint8_t *at, uint8_t answer)
+static uint8_t *put_answer(uint8_t *at, uint8_t answer, int32_t counts_q7)
 {
     *at++ = answer;
     at    = put_i32(at, scale.net_mg);
     at    = put_i32(at, scale_shown(&scale));
-    return put_i32(at, scale_pieces(&scale));
+    at    = put_i32(at, scale_pieces(&scale));
+    return put_i32(at, scale_mass(&scale, counts_q7));
 }
 
 static uint8_t init(uint8_t buffer[])
@@ -67,7 +68,7 @@ static uint8_t update(uint8_t buffer[], uint8_t len)
         uint32_t device_us;
         memcpy(&counts_q7, &samples[at], sizeof counts_q7);
         memcpy(&device_us, &samples[at + 4U], sizeof device_us);
-        reply = put_answer(reply, scale_update(&scale, counts_q7, device_us));
+        reply = put_answer(reply, scale_update(&scale, counts_q7, device_us), counts_q7);
     }
     return (uint8_t)(reply - buffer);
 }
@@ -141,5 +142,5 @@ uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)
     case ASK_CHECK_DONE: return done_check(buffer);
     default: return outcome(buffer);
     }
-    return (uint8_t)(put_answer(buffer, status) - buffer);
+    return (uint8_t)(put_answer(buffer, status, 0) - buffer);
 }

@@ -26,7 +26,9 @@ def rows(vector, *columns):
 def test_scale_reproduces_vector_bit_for_bit_on_avr(avr, vector):
     assert avr_scale.scale_init(avr, config_of(vector)) == Status.OK
     asked = rows(vector, "command", "argument", "counts", "device_us")
-    assert avr_scale.scale(avr, asked) == rows(vector, "answer", "net_mg", "shown", "pieces")
+    assert avr_scale.scale(avr, asked) == rows(
+        vector, "answer", "net_mg", "shown", "pieces", "mass_mg"
+    )
     outcome = tuple(vector.parameter(f"final_{field}") for field in OUTCOME)
     assert avr_scale.scale_outcome(avr) == outcome
 

@@ -139,6 +139,9 @@ typedef struct {
 /* Check, precompute, and begin without zero, tare, hold and pieces; if refused, nothing changes. */
 scale_status_t scale_init(scale_t *scale, const scale_config_t *config);
 
+/* The mass of any counts by the calibration's curve alone; changes nothing. */
+int32_t scale_mass(const scale_t *scale, int32_t counts_q7);
+
 /* Take one estimate of the Kalman filter; gives SCALE_STABLE and so on as bits. */
 uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us);
 

@@ -34,8 +34,7 @@ static bool reached(int32_t counts_q7, int32_t point, bool falls)
     return falls ? counts_q7 <= point : counts_q7 >= point;
 }
 
-/* The calibration's curve. */
-static PORT_OUTLINE int32_t mass_of(const scale_t *scale, int32_t counts_q7)
+PORT_OUTLINE int32_t scale_mass(const scale_t *scale, int32_t counts_q7)
 {
     const scale_config_t *config = scale->config;
     const int32_t        *points = config->point_counts_q7;
@@ -190,7 +189,7 @@ PORT_OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t de
 
     if (elapsed_us > scale->config->gap_us) { scale_interrupt(scale); }
     scale->last_us        = device_us;
-    const int32_t mass_mg = mass_of(scale, counts_q7);
+    const int32_t mass_mg = scale_mass(scale, counts_q7);
     const bool    steady  = scale->steady;
     scale->mass_mg        = mass_mg;
     scale->flags &= (uint8_t)(SCALE_ZEROED | SCALE_TARED | SCALE_FROZEN);

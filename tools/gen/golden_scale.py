@@ -118,7 +118,7 @@ def _ramp(rng: random.Random, top_g: float, count: int = 90) -> list[Row]:
 
 
 def play(twin: exact_scale.Scale, rows: Iterable[Row]) -> list[tuple[int, ...]]:
-    """Rows with what the twin answers: flags or status, net mass, what is shown."""
+    """Rows with what the twin answers: flags or status, net mass, what is shown, pieces, mass."""
     played = []
     for command, argument, counts_q7, device_us in rows:
         if command == SAMPLE:
@@ -130,9 +130,8 @@ def play(twin: exact_scale.Scale, rows: Iterable[Row]) -> list[tuple[int, ...]]:
             answer = int((twin.show if command == SHOW else twin.count_out)(argument))
         else:
             answer = int((twin.zero if command == ZERO else twin.tare)())
-        played.append(
-            (command, argument, counts_q7, device_us, answer, twin.net_mg, twin.shown, twin.pieces)
-        )
+        results = (twin.net_mg, twin.shown, twin.pieces, twin.mass(counts_q7))
+        played.append((command, argument, counts_q7, device_us, answer, *results))
     return played
 
 
@@ -186,6 +185,7 @@ def drafts() -> Iterator[Draft]:
                 "net_mg": "mg, int32",
                 "shown": "in 10^-decimals of the unit",
                 "pieces": "pieces, int32",
+                "mass_mg": "mg, int32, of the row's counts by the calibration's curve alone",
             },
             played,
             origin=ORIGIN,

@@ -11,6 +11,12 @@ void scale_blocks_update(scale_t *scale, const int32_t counts_q7[], const uint32
     }
 }
 
+void scale_blocks_mass(const scale_t *scale, const int32_t counts_q7[], int32_t mass_mg[],
+                       size_t count)
+{
+    for (size_t at = 0U; at < count; ++at) { mass_mg[at] = scale_mass(scale, counts_q7[at]); }
+}
+
 void scale_blocks_checkweigher(checkweigher_t *checkweigher, const int32_t mass_mg[],
                                const uint32_t device_us[], uint8_t events[], int32_t weighed_mg[],
                                size_t count)

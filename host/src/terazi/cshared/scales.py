@@ -100,6 +100,17 @@ class Scale(CState):
         """In 10^-decimals of the unit."""
         return lib.scale_shown(self._c)
 
+    def mass(self, counts_q7: int) -> int:
+        """Of any counts, in mg, by the calibration alone."""
+        return lib.scale_mass(self._c, counts_q7)
+
+    def masses(self, counts_q7) -> np.ndarray:
+        """(n,) masses in mg of (n,) counts, by the calibration alone."""
+        counts = whole(counts_q7, np.int32, "counts")
+        masses_mg = np.empty(len(counts), dtype=np.int32)
+        lib.scale_blocks_mass(self._c, pointer(counts), pointer(masses_mg), len(counts))
+        return masses_mg
+
     def update(self, counts_q7: int, device_us: int) -> ScaleFlag:
         """Take one estimate."""
         return ScaleFlag(lib.scale_update(self._c, counts_q7, device_us))

@@ -122,7 +122,7 @@ class Scale:
         self.divisions, self.show_what, self.per_piece_q32 = 0, LIVE, 0
         self.flags = Flag(0)
 
-    def curve(self, counts_q7: int) -> int:
+    def mass(self, counts_q7: int) -> int:
         """Mass by the calibration alone."""
         x = self.sign * limit(counts_q7, COUNTS_MAX)
         at = max([n for n, (point, _) in enumerate(self.points[:-1]) if point <= x], default=0)
@@ -205,7 +205,7 @@ class Scale:
         if elapsed_us > self.config["gap_us"]:
             self.interrupt()
         self.last_us = device_us
-        self.mass_mg = self.curve(counts_q7)
+        self.mass_mg = self.mass(counts_q7)
         self.flags &= Flag.ZEROED | Flag.TARED | Flag.FROZEN
         was_steady = self.steady
         self._watch(device_us)
