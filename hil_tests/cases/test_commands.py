@@ -34,7 +34,7 @@ REFUSED = [
     (RawCommand(SetStream.ID, bytes(48)), Result.WRONG_LENGTH),
     (RawCommand(SetTextMode.ID), Result.WRONG_LENGTH),
     (RawCommand(SetTextMode.ID, b"\1\1"), Result.WRONG_LENGTH),
-    (RawCommand(SetStream.ID, b"\4"), Result.OUT_OF_RANGE),
+    (RawCommand(SetStream.ID, b"\x10"), Result.OUT_OF_RANGE),
     (RawCommand(SetStream.ID, b"\xff"), Result.OUT_OF_RANGE),
     (RawCommand(SetTextMode.ID, b"\2"), Result.OUT_OF_RANGE),
     (RawCommand(SetChain.ID, b"\0"), Result.WRONG_LENGTH),

@@ -120,6 +120,13 @@ def _message(message: Message) -> list[str]:
     return [*lines, ""]
 
 
+def _union(name: str, members: list[str]) -> list[str]:
+    line = f"{name} = {' | '.join(members)}"
+    if len(line) <= 100:
+        return [line]
+    return [f"{name} = (", f"    {members[0]}", *(f"    | {one}" for one in members[1:]), ")"]
+
+
 def module(spec: Spec, wire: Wire) -> str:
     """Text of messages.py."""
     lines = [f"FINGERPRINT = 0x{wire.fingerprint:04X}", ""]
@@ -141,8 +148,8 @@ def module(spec: Spec, wire: Wire) -> str:
     }
     lines += [
         "",
-        f"ToHost = {' | '.join(unions['to_host'])}",
-        f"ToDevice = {' | '.join(unions['to_device'])}",
+        *_union("ToHost", unions["to_host"]),
+        *_union("ToDevice", unions["to_device"]),
         "",
         "MESSAGES_BY_ID: dict[int, type] = {",
         *(f"    {name}.ID: {name}," for name in names),

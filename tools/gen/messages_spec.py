@@ -114,8 +114,6 @@ def _groups(spec: Spec) -> tuple[Group, ...]:
             )
             if len({choice.value for choice in choices}) != len(choices):
                 raise SpecError(f"{key} {entry['name']}: two names for one value")
-            if max(choice.value for choice in choices) > 255:
-                raise SpecError(f"{key} {entry['name']}: a value does not fit in u8")
             groups.append(Group(entry["name"], entry.get("summary", ""), is_flags, choices))
     return tuple(groups)
 
@@ -136,6 +134,8 @@ def _field(entry: dict, groups: dict[str, Group], where: str) -> Field:
         tuple(limits) if limits else None,
     )
     lowest, highest = field.type_range
+    if field.group and max(choice.value for choice in field.group.choices) > highest:
+        raise SpecError(f"{where}.{entry['name']}: {group_name} does not fit in {field.type}")
     if limits and not lowest <= limits[0] <= limits[1] <= highest:
         raise SpecError(f"{where}.{entry['name']}: range {limits} does not fit in {field.type}")
     return field

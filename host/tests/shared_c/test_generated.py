@@ -79,7 +79,20 @@ def message(**parts) -> dict:
             changed(enum=[{"name": "e", "values": [{"name": n, "value": 1} for n in "ab"]}]),
             "two names",
         ),
-        (changed(enum=[{"name": "e", "values": [{"name": "a", "value": 256}]}]), "fit in u8"),
+        (
+            changed(
+                enum=[{"name": "e", "values": [{"name": "a", "value": 256}]}],
+                message=[message(fields=[FIELD | {"enum": "e"}])],
+            ),
+            "e does not fit in u8",
+        ),
+        (
+            changed(
+                flags=[{"name": "f", "values": [{"name": "a", "bit": 16}]}],
+                message=[message(fields=[FIELD | {"type": "u16", "flags": "f"}])],
+            ),
+            "f does not fit in u16",
+        ),
     ],
 )
 def test_a_specification_that_contradicts_itself_is_refused(spec, complaint):
