@@ -18,6 +18,7 @@ from tools.gen import (
     protocol_md,
     rest_configs,
     scale_units,
+    temperature_limits,
 )
 from tools.gen.spec import ROOT, load
 
@@ -49,6 +50,7 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
         f"{GENERATED_C}/scale_units.c": scale_units.source(scale),
+        f"{GENERATED_C}/temperature_limits.h": temperature_limits.header(load("temperature")),
     }
 
 
