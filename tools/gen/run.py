@@ -18,6 +18,10 @@ from tools.gen import (
     protocol_md,
     rest_configs,
     scale_units,
+    settings_c,
+    settings_md,
+    settings_py,
+    settings_spec,
     temperature_limits,
 )
 from tools.gen.spec import ROOT, load
@@ -31,11 +35,14 @@ def outputs() -> dict[str, str]:
     adaptive = load("weight_kf_adaptive")
     rest, mahony, scale = load("rest"), load("mahony"), load("scale")
     wire = messages_spec.parse(messages)
+    settings_file = load("settings")
+    settings = settings_spec.parse(settings_file, wire)
     return {
         f"{GENERATED_C}/messages.h": messages_c.header(messages, wire),
         f"{GENERATED_C}/messages.c": messages_c.source(messages, wire),
         "host/src/terazi/link/generated/messages.py": messages_py.module(messages, wire),
-        "shared_c/PROTOCOL.md": protocol_md.page(messages, wire),
+        "shared_c/PROTOCOL.md": protocol_md.page(messages, wire)
+        + settings_md.section(settings_file, settings),
         f"{GENERATED_C}/fir_designs.h": filters.fir_header(fir),
         f"{GENERATED_C}/fir_designs.c": filters.fir_source(fir),
         f"{GENERATED_C}/fir_response.svg": fir_response.page(fir),
@@ -50,6 +57,9 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
         f"{GENERATED_C}/scale_units.c": scale_units.source(scale),
+        f"{GENERATED_C}/settings_table.h": settings_c.header(settings_file, settings),
+        f"{GENERATED_C}/settings_table.c": settings_c.source(settings_file, settings),
+        "host/src/terazi/link/generated/settings.py": settings_py.module(settings_file, settings),
         f"{GENERATED_C}/temperature_limits.h": temperature_limits.header(load("temperature")),
     }
 

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Renders settings_table.h and settings_table.c."""
+
+from __future__ import annotations
+
+from tools.gen.settings_spec import TYPES, Setting, Settings
+from tools.gen.spec import Spec, c_comment_head
+
+STRUCTS = ("scale", "checkweigher", "temperature")
+PROTECTED = 0x80  # half a place of limits stays below it
+
+
+def _key(setting: Setting) -> str:
+    return f"SETTINGS_KEY_{setting.group}_{setting.name}".upper()
+
+
+def _limit_bytes(setting: Setting) -> bytes:
+    mask = (1 << 8 * setting.width) - 1
+    return b"".join(
+        (limit & mask).to_bytes(setting.width, "little")
+        for limit in (setting.minimum, setting.maximum)
+    )
+
+
+def _limits(settings: Settings) -> tuple[bytes, dict[tuple[int, bytes], int], list[int]]:
+    """Limits one behind another, narrow types first; where each stands; where a width begins."""
+    table, places, begins = b"", {}, []
+    for width in (1, 2, 4):
+        begins.append(len(table))
+        for setting in settings.settings:
+            limits = _limit_bytes(setting)
+            if setting.width == width and (width, limits) not in places:
+                places[width, limits] = len(table)
+                table += limits
+    return table, places, begins
+
+
+def _members(settings: Settings) -> list[str]:
+    """The struct's members that belong to no module's configuration, wide ones first."""
+    own = [one for one in settings.settings if one.member.isidentifier()]
+    own.sort(key=lambda one: -one.width)
+    return [f"    {TYPES[one.type]} {one.member};" for one in own]
+
+
+def header(spec: Spec, settings: Settings) -> str:
+    """Text of settings_table.h."""
+    table, _, begins = _limits(settings)
+    own_names = {entry["name"] for entry in spec.content["values"]} - {"bool", "scale_option"}
+    lines = [
+        "/* settings_table - settings_t, keys and tables of shared_c/spec/settings.toml. */",
+        "#ifndef SETTINGS_TABLE_H",
+        "#define SETTINGS_TABLE_H",
+        "",
+        '#include "checkweigher.h"',
+        '#include "scale.h"',
+        '#include "temperature.h"',
+        "",
+        "#include <stdint.h>",
+        "",
+        "enum {",
+        f"    SETTINGS_VERSION       = {settings.version},",
+        f"    SETTINGS_KEYS          = {len(settings.settings)},",
+        f"    SETTINGS_PAYLOAD_LEN   = {len(settings.payload)}, /* bytes of a record */",
+        f"    SETTINGS_LIMIT_BYTES   = {len(table)},",
+        f"    SETTINGS_LIMITS_16     = {begins[1]}, /* where those of 16 bits begin */",
+        f"    SETTINGS_LIMITS_32     = {begins[2]},",
+        f"    SETTINGS_PROTECTED     = {PROTECTED}, /* not written by key */",
+        "};",
+        "",
+        "/* Keys: for ever. */",
+        "enum {",
+        *(f"    {_key(one)} = {one.key}," for one in settings.settings),
+        "};",
+        "",
+    ]
+    for one in settings.settings:
+        group = one.choices
+        if group and group.name in own_names:
+            lines += [f"/* Values of {one.full_name}. */", "enum {"]
+            stem = f"SETTINGS_{group.name}".upper()
+            for choice in group.choices:
+                lines.append(
+                    f"    {stem}_{choice.name.upper()} = {choice.value}, /* {choice.summary} */"
+                )
+            lines += ["};", ""]
+    lines += [
+        "/* What outlives a reset: the configurations themselves, in their only copy. */",
+        "typedef struct {",
+        *(f"    {name}_config_t {name};" for name in STRUCTS),
+        *_members(settings),
+        "} settings_t;",
+        "",
+        "/* By key: place in settings_t; half the place of its limits, SETTINGS_PROTECTED. ROM */",
+        "extern const uint8_t settings_table[SETTINGS_KEYS][2];",
+        "",
+        "/* Least and greatest value, each of the type's width, little-endian. ROM */",
+        "extern const uint8_t settings_limits[SETTINGS_LIMIT_BYTES];",
+        "",
+        "/* The factory's values, as a record holds them. ROM */",
+        "extern const uint8_t settings_factory[SETTINGS_PAYLOAD_LEN];",
+    ]
+    return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
+
+
+def _bytes(data: bytes) -> list[str]:
+    rows = [data[at : at + 16] for at in range(0, len(data), 16)]
+    return ["    " + " ".join(f"0x{byte:02X}," for byte in row) for row in rows]
+
+
+def source(spec: Spec, settings: Settings) -> str:
+    """Text of settings_table.c."""
+    limits, places, _ = _limits(settings)
+    lines = [
+        '#include "settings_table.h"',
+        "",
+        '#include "port_rom.h"',
+        "",
+        "#include <stddef.h>",
+        "",
+        "#define PLACE(member) (uint8_t)offsetof(settings_t, member)",
+        "#define WIDTH(member) (uint8_t)sizeof(((settings_t *)0)->member)",
+        "",
+        '_Static_assert(sizeof(settings_t) <= 256, "a place takes one byte");',
+    ]
+    for one in settings.settings:
+        lines.append(f'_Static_assert(WIDTH({one.member}) == {one.width}, "as {one.type}");')
+    lines += ["", "const uint8_t settings_table[SETTINGS_KEYS][2] PORT_ROM = {"]
+    for one in settings.settings:
+        place = places[one.width, _limit_bytes(one)] // 2
+        flag = " | SETTINGS_PROTECTED" if one.by else ""
+        lines.append(f"    {{PLACE({one.member}), {place}{flag}}}, /* {one.full_name} */")
+    lines += ["};", "", "const uint8_t settings_limits[SETTINGS_LIMIT_BYTES] PORT_ROM = {"]
+    lines += [*_bytes(limits), "};", ""]
+    lines += ["const uint8_t settings_factory[SETTINGS_PAYLOAD_LEN] PORT_ROM = {"]
+    lines += [*_bytes(settings.payload), "};", ""]
+    return c_comment_head(spec) + "\n".join(lines)
