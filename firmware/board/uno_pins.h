@@ -11,6 +11,8 @@
  *                               reads "not ready" instead of floating to "ready"
  *   D3        PD3    hx711      PD_SCK
  *   D13       PB5    led        the board's own LED
+ *   A4        PC4    twi        SDA; pull-ups on, so that a bus without parts rests high
+ *   A5        PC5    twi        SCL
  *
  *   timer     owner      use
  *   Timer1    ticks      free-running, 16 MHz / 8; overflow interrupt
@@ -41,6 +43,13 @@ _Static_assert(F_CPU == 16000000UL, "the drivers' timing is written for the Uno'
 #define LED_PORT PORTB
 #define LED_DDR  DDRB
 #define LED_BIT  PB5
+
+/* twi */
+#define TWI_PORT PORTC
+#define TWI_DDR  DDRC
+#define TWI_PIN  PINC
+#define TWI_SDA  PC4
+#define TWI_SCL  PC5
 
 /* idle */
 #define IDLE_FLAGS      GPIOR0

@@ -7,9 +7,9 @@
  * Model     c' = c - zero dT - span dT (c - origin), dT = T - reference: a straight line each for
  *           zero and span, as OIML R60 states them (minimum dead load output and sensitivity).
  *           origin is what the converter gives with nothing on, at the reference temperature
- * Where     before the FIR, in whole counts: the noise of the converter, 20 counts and more, carries
- *           what is below one count through the one rounding (notes), and every filter and the
- *           calibration behind it then know one temperature only, the reference
+ * Where     before the FIR, in whole counts: the converter's noise, 20 counts and more, carries what
+ *           is below one count through the one rounding (notes), and every filter behind it and the
+ *           calibration then know one temperature only, the reference
  * Smoothing the thermometer's readings, about one a second: T += limited(reading - T) / 16, so that
  *           a time constant of 16 readings hides its noise, and one wrong reading moves T by no
  *           more than 0.25 K. The first reading is taken as it is
@@ -26,8 +26,6 @@
 
 #include <stdbool.h>
 #include <stdint.h>
-
-#include "temperature_limits.h"
 
 typedef struct {
     int32_t origin_counts;        /* with nothing on, at the reference; within 24 bits */

@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_assert.h"
+#include "temperature_limits.h"
 
 #define STEP_MAX_Q8 ((int32_t)TEMPERATURE_STEP_MAX_CENTI * 256)
 

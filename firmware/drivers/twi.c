@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "twi.h"
+
+#include "idle.h"
+#include "uno_pins.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <util/delay.h>
+
+/* Status codes, ATmega328P datasheet, tables 21-3 and 21-4; the prescaler's bits are 0. */
+enum {
+    START         = 0x08,
+    RESTART       = 0x10,
+    WRITE_ACKED   = 0x18,
+    WRITE_REFUSED = 0x20,
+    SENT_ACKED    = 0x28,
+    SENT_REFUSED  = 0x30,
+    READ_ACKED    = 0x40,
+    READ_REFUSED  = 0x48,
+    GOT_MORE      = 0x50,
+    GOT_LAST      = 0x58
+};
+
+enum {
+    BIT_RATE        = (F_CPU / 400000UL - 16UL) / 2UL, /* datasheet, 21.5.2 */
+    RECOVERY_CLOCKS = 20,                              /* 9 by the standard; some parts need more */
+    TIMEOUT_US      = 2000, /* 16 bytes take 0.4 ms, and interrupts hold each back */
+    GO              = _BV(TWINT) | _BV(TWEN) | _BV(TWIE)
+};
+
+#define HALF_CLOCK_US 2.5
+
+uint16_t twi_recoveries;
+
+static volatile uint8_t state; /* twi_status_t; twi_begin and the interrupt write, twi_poll reads */
+static uint8_t          sla_w;
+static uint8_t         *first, *next; /* of the buffer */
+static uint8_t          write_left, read_left;
+static uint16_t         begun_us;
+
+ISR(TWI_vect)
+{
+    idle_interrupted();
+    uint8_t control = GO;
+    uint8_t ended   = TWI_BUSY;
+
+    switch (TWSR) {
+    case START: TWDR = sla_w; break;
+    case RESTART:
+        TWDR = sla_w | 1U;
+        next = first;
+        break;
+    case WRITE_ACKED:
+    case SENT_ACKED:
+        if (write_left != 0U) {
+            write_left--;
+            TWDR = *next++;
+        } else if (read_left != 0U) {
+            control |= _BV(TWSTA);
+        } else {
+            ended = TWI_IDLE;
+        }
+        break;
+    case GOT_MORE: *next++ = TWDR; /* fall through */
+    case READ_ACKED:
+        read_left--;
+        if (read_left != 0U) { control |= _BV(TWEA); }
+        break;
+    case GOT_LAST:
+        *next = TWDR;
+        ended = TWI_IDLE;
+        break;
+    case WRITE_REFUSED:
+    case SENT_REFUSED:
+    case READ_REFUSED: ended = TWI_REFUSED; break;
+    default: ended = TWI_FAILED; break; /* bus error, arbitration lost */
+    }
+    if (ended != TWI_BUSY) {
+        control = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
+        state   = ended;
+        idle_post_work();
+    }
+    TWCR = control;
+}
+
+static void scl_low(void)
+{
+    TWI_PORT &= (uint8_t)~_BV(TWI_SCL);
+    TWI_DDR |= _BV(TWI_SCL);
+    _delay_us(HALF_CLOCK_US);
+}
+
+static void scl_release(void)
+{
+    TWI_DDR &= (uint8_t)~_BV(TWI_SCL);
+    TWI_PORT |= _BV(TWI_SCL);
+    _delay_us(HALF_CLOCK_US);
+}
+
+static void recover(void)
+{
+    TWCR = 0; /* lets go of both lines */
+    for (uint8_t left = RECOVERY_CLOCKS; left != 0U; left--) {
+        if ((TWI_PIN & _BV(TWI_SDA)) != 0U) { break; }
+        scl_low();
+        scl_release();
+    }
+    scl_low();
+    TWI_PORT &= (uint8_t)~_BV(TWI_SDA);
+    TWI_DDR |= _BV(TWI_SDA);
+    scl_release();
+    TWI_DDR &= (uint8_t)~_BV(TWI_SDA); /* SDA rises while SCL is high: STOP */
+    TWI_PORT |= _BV(TWI_SDA);
+    if (twi_recoveries != UINT16_MAX) { twi_recoveries++; }
+}
+
+void twi_init(void)
+{
+    TWI_PORT |= _BV(TWI_SDA) | _BV(TWI_SCL);
+    TWBR = BIT_RATE;
+}
+
+bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read_len,
+               uint32_t now_us)
+{
+    const uint8_t sreg = SREG;
+
+    cli(); /* of two that come here only one may find it free */
+    if (state == TWI_BUSY) {
+        SREG = sreg;
+        return false;
+    }
+    state      = TWI_BUSY;
+    SREG       = sreg;
+    sla_w      = (uint8_t)(address << 1);
+    first      = buffer;
+    next       = buffer;
+    write_left = write_len;
+    read_left  = read_len;
+    begun_us   = (uint16_t)now_us;
+    /* After the STOP under way, if one is. */
+    TWCR = (uint8_t)((TWCR & _BV(TWSTO)) | GO | _BV(TWSTA));
+    return true;
+}
+
+twi_status_t twi_poll(uint32_t now_us)
+{
+    if (state == TWI_BUSY && (uint16_t)((uint16_t)now_us - begun_us) > TIMEOUT_US) {
+        state = TWI_FAILED;
+    }
+    if (state == TWI_FAILED && (TWCR & _BV(TWEN)) != 0U) { recover(); }
+    return state;
+}
