@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from tools.gen import (
+    faults_limits,
     filters,
     fir_asm,
     fir_response,
@@ -55,6 +56,7 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/weight_kf_adaptive_variants.c": filters.kf_adaptive_source(adaptive),
         f"{GENERATED_C}/mahony_configs.h": mahony_configs.header(mahony),
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
+        f"{GENERATED_C}/faults_limits.h": faults_limits.header(load("faults")),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
         f"{GENERATED_C}/scale_units.c": scale_units.source(scale),
         f"{GENERATED_C}/settings_table.h": settings_c.header(settings_file, settings),
