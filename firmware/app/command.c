@@ -51,20 +51,10 @@ static uint8_t set_text_mode(const uint8_t payload[], uint8_t len)
     return MESSAGES_RESULT_OK;
 }
 
-static uint8_t set_chain(const uint8_t payload[], uint8_t len)
-{
-    messages_set_chain_t command;
-
-    if (len != MESSAGES_SET_CHAIN_LEN) { return MESSAGES_RESULT_WRONG_LENGTH; }
-    if (!messages_set_chain_unpack(&command, payload, len)) { return MESSAGES_RESULT_OUT_OF_RANGE; }
-    weighing_set_chain(command.order, command.kf_kind);
-    return MESSAGES_RESULT_OK;
-}
-
 static uint8_t tare(uint8_t len)
 {
     if (len != MESSAGES_TARE_LEN) { return MESSAGES_RESULT_WRONG_LENGTH; }
-    return weighing_tare() ? MESSAGES_RESULT_OK : MESSAGES_RESULT_WRONG_STATE;
+    return weighing_tare();
 }
 
 static uint8_t get_info(uint8_t len)
@@ -79,7 +69,6 @@ static uint8_t execute(uint8_t id, const uint8_t payload[], uint8_t len)
     case MESSAGES_SET_STREAM_ID: return set_stream(payload, len);
     case MESSAGES_SET_TEXT_MODE_ID: return set_text_mode(payload, len);
     case MESSAGES_TARE_ID: return tare(len);
-    case MESSAGES_SET_CHAIN_ID: return set_chain(payload, len);
     default: return MESSAGES_RESULT_UNKNOWN_COMMAND;
     }
 }
@@ -89,9 +78,9 @@ static void answer_by_frame(uint8_t id, uint8_t sequence, uint8_t result)
     const messages_ack_t ack = {.command = id, .command_sequence = sequence, .result = result};
 
     telemetry_ack(&ack);
-    if (result != MESSAGES_RESULT_OK) { return; }
-    if (id == MESSAGES_GET_INFO_ID || id == MESSAGES_SET_CHAIN_ID) { telemetry_hello(); }
-    if (id == MESSAGES_GET_INFO_ID) { telemetry_status(); }
+    if (result != MESSAGES_RESULT_OK || id != MESSAGES_GET_INFO_ID) { return; }
+    telemetry_hello();
+    telemetry_status();
 }
 
 static void answer_by_line(uint8_t id, uint8_t result)

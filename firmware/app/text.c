@@ -81,7 +81,7 @@ void text_sample(text_line_t *line, const messages_sample_t *sample)
     put_rom(line, PSTR(",kf:"));
     put_i32(line, (sample->kf_counts_q7 + half_q7) >> WEIGHT_KF_FRACTION_BITS);
     put_rom(line, PSTR(",weight_g:"));
-    put_milli(line, sample->mass_mg);
+    put_milli(line, sample->net_mg);
     put_end(line);
 }
 
@@ -120,7 +120,8 @@ void text_answer(text_line_t *line, const char *word, uint8_t result)
     put_text(line, word);
     switch (result) {
     case MESSAGES_RESULT_OK: put_rom(line, PSTR(": ok")); break;
-    case MESSAGES_RESULT_WRONG_STATE: put_rom(line, PSTR(": not now, no weight yet")); break;
+    case MESSAGES_RESULT_NOT_STABLE: put_rom(line, PSTR(": not stable")); break;
+    case MESSAGES_RESULT_OUT_OF_RANGE: put_rom(line, PSTR(": out of range")); break;
     default: put_rom(line, PSTR(": unknown (text frames tare info)")); break;
     }
     put_end(line);

@@ -4,8 +4,9 @@
 #include "counter.h"
 #include "fir.h"
 #include "fir_designs.h"
-#include "mass.h"
 #include "rate.h"
+#include "scale.h"
+#include "scale_units.h"
 #include "weight_kf.h"
 #include "weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
@@ -33,15 +34,13 @@ static bool                has_beat; /* previous_us is of the conversion just be
 static uint32_t            previous_us;
 static bool                gap;          /* conversions are missing before the next sample */
 static uint16_t            missed_total; /* modulo 65536, unlike the counter */
-static uint32_t            span_ug_per_count_q16;
-static int32_t             last_counts_q7; /* what the chain ended with */
-static int32_t             tare_counts_q7;
+static scale_t             scale;
 
 void weighing_init(void)
 {
     rate_init(&rate);
-    span_ug_per_count_q16 = (uint32_t)MASS_DEFAULT_SPAN_UG_PER_COUNT << 16;
-    primed                = false;
+    scale_init(&scale, &scale_default);
+    primed = false;
 }
 
 void weighing_restart(void)
@@ -49,6 +48,7 @@ void weighing_restart(void)
     if (!primed) { return; }
     counters = weighing_counters(); /* the filters' own counts are about to start at 0 */
     primed   = false;
+    scale_interrupt(&scale);
 }
 
 static void count_missed(uint8_t missed)
@@ -78,13 +78,6 @@ void weighing_lose_beat(void)
     has_beat = false;
 }
 
-void weighing_set_chain(uint8_t order, uint8_t kind)
-{
-    weighing_restart();
-    chain_order = order;
-    kf_kind     = kind;
-}
-
 /* The filters are called from two places each; gcc would copy these into both. */
 #define COMPACT __attribute__((noinline))
 
@@ -109,7 +102,8 @@ COMPACT static int32_t run_kf(int32_t counts, bool restarted)
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
 {
     const int32_t counts = conversion->counts;
-    uint8_t       flags  = 0;
+    int32_t       last_counts_q7;
+    uint8_t       flags = 0;
 
     if (gap) {
         flags |= MESSAGES_SAMPLE_FLAG_GAP;
@@ -136,17 +130,20 @@ void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conver
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
     sample->raw_counts = counts;
-    /* Both within [-2^30, 2^30): the difference fits. */
-    const int32_t net_counts_q7 = last_counts_q7 - tare_counts_q7;
-    sample->mass_mg             = mass_from_counts(net_counts_q7, span_ug_per_count_q16);
-    sample->flags               = flags;
+    sample->flags      = flags;
+
+    sample->weight_flags = scale_update(&scale, last_counts_q7, conversion->device_us);
+    sample->mass_mg      = scale.mass_mg;
+    sample->net_mg       = scale.net_mg;
 }
 
-bool weighing_tare(void)
+uint8_t weighing_tare(void)
 {
-    if (!primed) { return false; }
-    tare_counts_q7 = last_counts_q7;
-    return true;
+    switch (scale_tare(&scale)) {
+    case SCALE_OK: return MESSAGES_RESULT_OK;
+    case SCALE_NOT_STABLE: return MESSAGES_RESULT_NOT_STABLE;
+    default: return MESSAGES_RESULT_OUT_OF_RANGE;
+    }
 }
 
 uint32_t weighing_rate_hz_q16(void)
@@ -168,11 +165,9 @@ weighing_counters_t weighing_counters(void)
 
 weighing_setup_t weighing_setup(void)
 {
-    return (weighing_setup_t){.fir_design            = FIR_DESIGN,
-                              .fir_taps              = fir_lowpass32.taps,
-                              .kf_schedule           = KF_SCHEDULE,
-                              .chain_order           = chain_order,
-                              .kf_kind               = kf_kind,
-                              .span_ug_per_count_q16 = span_ug_per_count_q16,
-                              .tare_counts_q7        = tare_counts_q7};
+    return (weighing_setup_t){.fir_design  = FIR_DESIGN,
+                              .fir_taps    = fir_lowpass32.taps,
+                              .kf_schedule = KF_SCHEDULE,
+                              .chain_order = chain_order,
+                              .kf_kind     = kf_kind};
 }

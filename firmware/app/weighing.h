@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* weighing - the chain from conversions to a mass: fir, a Kalman filter, mass; the measured rate.
+/* weighing - the chain from conversions to a weight: fir, Kalman filter, scale; the measured rate.
  *
  * Model     the first sample after a restart primes both filters and then passes through them like
  *           every other: fir_init(x); f = fir_update(x); weight_kf_init(f); weight_kf_update(f).
  *           The other order hands on the estimate in whole counts, rounded half up. The Kalman
- *           filter is weight_kf or weight_kf_adaptive. Mass and tare are of what comes last.
+ *           filter is weight_kf or weight_kf_adaptive. The scale takes what comes last.
  * Formats   as in messages.toml, SAMPLE
  * Bad data  a sample at the converter's rail passes, flagged and counted
  *           a conversion that is not one period after the one before is not trusted: the chip may
@@ -31,13 +31,11 @@ typedef struct {
 
 /* What HELLO says of the chain. */
 typedef struct {
-    uint8_t  fir_design;
-    uint8_t  fir_taps;
-    uint8_t  kf_schedule;
-    uint8_t  chain_order;
-    uint8_t  kf_kind;
-    uint32_t span_ug_per_count_q16;
-    int32_t  tare_counts_q7;
+    uint8_t fir_design;
+    uint8_t fir_taps;
+    uint8_t kf_schedule;
+    uint8_t chain_order;
+    uint8_t kf_kind;
 } weighing_setup_t;
 
 void weighing_init(void);
@@ -55,11 +53,8 @@ void weighing_restart(void);
 /* Take one conversion whose time was taken, give its sample. */
 void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion);
 
-/* Another order or filter (MESSAGES_CHAIN_ORDER_..., MESSAGES_KF_KIND_...): both start anew. */
-void weighing_set_chain(uint8_t order, uint8_t kind);
-
-/* What the chain ended with last becomes zero load; false while there is none. */
-bool weighing_tare(void);
+/* The present load becomes the tare; a MESSAGES_RESULT_... */
+uint8_t weighing_tare(void);
 
 uint32_t            weighing_rate_hz_q16(void);
 weighing_counters_t weighing_counters(void);

@@ -6,20 +6,19 @@ import random
 import pytest
 
 from boards import RawCommand
-from terazi.cshared import encode_frame, mass_mg_block
+from terazi.cshared import encode_frame
 from terazi.link.generated.messages import (
     Ack,
     GetInfo,
     Hello,
     Result,
     Sample,
-    SampleFlag,
-    SetChain,
     SetStream,
     SetTextMode,
     Status,
     StreamFlag,
     Tare,
+    WeightFlag,
 )
 
 REFUSED = [
@@ -37,9 +36,7 @@ REFUSED = [
     (RawCommand(SetStream.ID, b"\x10"), Result.OUT_OF_RANGE),
     (RawCommand(SetStream.ID, b"\xff"), Result.OUT_OF_RANGE),
     (RawCommand(SetTextMode.ID, b"\2"), Result.OUT_OF_RANGE),
-    (RawCommand(SetChain.ID, b"\0"), Result.WRONG_LENGTH),
-    (RawCommand(SetChain.ID, b"\2\0"), Result.OUT_OF_RANGE),
-    (RawCommand(SetChain.ID, b"\0\2"), Result.OUT_OF_RANGE),
+    (RawCommand(0x45, b"\0\0"), Result.UNKNOWN_COMMAND),
 ]
 
 
@@ -54,16 +51,6 @@ def test_get_info_is_answered_by_ack_hello_and_status_in_this_order(uno):
     uno.link.send(GetInfo())
     answered = [type(one.message) for one in uno.wait(0.3)]
     assert answered == [Ack, Hello, Status]
-
-
-def test_set_chain_is_answered_by_ack_and_hello_before_the_next_sample(uno):
-    uno.link.hello()
-    uno.wait(0.5)
-    uno.link.send(SetChain(order=1, kf_kind=1))
-    answered = [one.message for one in uno.wait(0.3) if not isinstance(one.message, Status)]
-    at = next(n for n, one in enumerate(answered) if isinstance(one, Ack))
-    assert [type(one) for one in answered[at : at + 3]] == [Ack, Hello, Sample]
-    assert SampleFlag.RESTARTED in answered[at + 2].flags
 
 
 @pytest.mark.parametrize("mask", [StreamFlag(n) for n in range(4)], ids=str)
@@ -89,7 +76,7 @@ def test_a_bad_command_is_refused_by_name_and_changes_nothing(uno, command, resu
     uno.link.stream.hello = None
     uno.link.command(GetInfo())
     after = uno.link.hello()
-    unchanged = ("tare_counts_q7", "span_ug_per_count_q16", "gain", "reset_cause")
+    unchanged = ("gain", "reset_cause")
     assert all(getattr(after, name) == getattr(before, name) for name in unchanged)
 
 
@@ -103,45 +90,24 @@ def test_every_ack_bears_the_sequence_of_its_command(uno):
     assert [ack.command for ack in acks] == [0x60 + n for n in range(5)]
 
 
-def test_a_tare_before_the_first_sample_is_refused(uno):
+def test_a_tare_before_the_weight_is_stable_is_refused(uno):
     uno.truth("be asked surely before its first conversion has settled")
     uno.link.hello()
-    assert uno.link.request(Tare()).result == Result.WRONG_STATE
-    uno.samples(1)
-    assert uno.link.request(Tare()).result == Result.OK
+    assert uno.link.request(Tare()).result == Result.NOT_STABLE
 
 
-@pytest.mark.board(noise_counts=38.7)
-def test_tare_takes_the_present_estimate_as_zero(uno):
-    uno.link.hello()
-    seen = uno.samples(60)
-    uno.link.command(Tare())
-    uno.link.stream.hello = None
-    uno.link.command(GetInfo())
-    hello = uno.link.hello()
-    later = uno.samples(40)
-    estimates = [one.message.kf_counts_q7 for one in seen[-1:] + later]
-    assert hello.tare_counts_q7 != 0
-    assert min(estimates) - 2000 <= hello.tare_counts_q7 <= max(estimates) + 2000
-    samples = [one.message for one in later[-20:]]
-    told = [sample.mass_mg for sample in samples]
-    computed = mass_mg_block(
-        [sample.kf_counts_q7 for sample in samples],
-        hello.tare_counts_q7,
-        hello.span_ug_per_count_q16,
-    )
-    assert told == list(computed)
-
-
+@pytest.mark.board(noise_counts=0.0)
 def test_a_tare_of_a_load_makes_it_weigh_nothing(uno):
     uno.link.hello()
+    uno.samples(200)
     uno.load(grams=1500.0)
-    uno.samples(300)
+    uno.samples(400)
     uno.link.command(Tare())
     uno.wait(0.1)
     uno.load(grams=1750.0)
     last = uno.samples(400)[-1].message
-    assert abs(last.mass_mg - 250_000) < 50
+    assert abs(last.net_mg - 250_000) < 50
+    assert last.weight_flags & (WeightFlag.TARED | WeightFlag.ZEROED | WeightFlag.STABLE) == 0x61
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from terazi.cshared import fir_block, mass_mg_block, weight_kf_adaptive_block, weight_kf_block
-from terazi.link.generated.messages import ChainOrder, KfKind, Sample, SampleFlag, SetChain, Tare
+from terazi.cshared import Scale, fir_block, weight_kf_adaptive_block, weight_kf_block
+from terazi.link.generated.messages import ChainOrder, KfKind, Sample, SampleFlag
 
 
 def chain_of(raw, hello):
@@ -27,7 +27,7 @@ def assert_chain_agrees(samples, hello):
     for start, end in zip(starts, [*starts[1:], len(samples)], strict=True):
         run = samples[start:end]
         fir, kf, last = chain_of(np.array([one.raw_counts for one in run], np.int32), hello)
-        mass = mass_mg_block(last, hello.tare_counts_q7, hello.span_ug_per_count_q16)
+        mass = Scale().masses(last)
         assert [one.fir_counts for one in run] == list(fir)
         assert [one.kf_counts_q7 for one in run] == list(kf)
         assert [one.mass_mg for one in run] == list(mass)
@@ -81,36 +81,3 @@ def test_filters_start_anew_after_a_fault_and_agree_in_every_run(uno):
         received += uno.samples(50)
     samples = [one.message for one in received if isinstance(one.message, Sample)]
     assert assert_chain_agrees(samples, hello) == 4
-
-
-@pytest.mark.board(noise_counts=38.7)
-@pytest.mark.parametrize("order", ChainOrder)
-@pytest.mark.parametrize("kf_kind", KfKind)
-def test_the_order_and_the_filter_that_are_chosen_are_told_and_used(uno, order, kf_kind):
-    uno.link.hello()
-    uno.load(counts=lambda t_s: 429_550 * (np.floor(t_s / 2.0) % 2) + 1000)
-    uno.samples(20)
-    uno.link.command(SetChain(order=order, kf_kind=kf_kind))
-    uno.link.stream.hello = None
-    hello = uno.link.hello()
-    assert (hello.chain_order, hello.kf_kind) == (order, kf_kind)
-    samples = [one.message for one in uno.samples(500)]
-    first = next(n for n, one in enumerate(samples) if SampleFlag.RESTARTED in one.flags)
-    assert assert_chain_agrees(samples[first:], hello) == 1
-    assert uno.link.status().fir_clipped == uno.link.status().kf_clipped == 0
-
-
-@pytest.mark.board(noise_counts=0.0)
-def test_tare_takes_what_comes_last(uno):
-    uno.link.hello()
-    uno.link.command(SetChain(order=ChainOrder.KF_FIR, kf_kind=KfKind.CONSTANT))
-    uno.load(counts=lambda t_s: 50_000 + 2000 * np.sin(2 * np.pi * 0.4 * t_s))
-    uno.samples(60)
-    uno.link.command(Tare())
-    uno.link.stream.hello = None
-    hello = uno.link.hello()
-    assert hello.tare_counts_q7 % 128 == 0, "whole counts: the FIR's, not the Kalman filter's"
-    samples = [one.message for one in uno.samples(40)]
-    last_q7 = np.array([one.fir_counts for one in samples], np.int32) * 128
-    mass = mass_mg_block(last_q7, hello.tare_counts_q7, hello.span_ug_per_count_q16)
-    assert [one.mass_mg for one in samples][-30:] == list(mass)[-30:]

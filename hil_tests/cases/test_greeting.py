@@ -20,8 +20,6 @@ def test_hello_follows_a_start_and_names_the_chain(uno):
     assert (hello.version_major, hello.version_minor) >= (0, 1)
     assert (hello.gain, hello.fir_design, hello.fir_taps, hello.kf_schedule) == (128, 0, 32, 0)
     assert (hello.chain_order, hello.kf_kind) == (ChainOrder.FIR_KF, KfKind.CONSTANT)
-    assert hello.span_ug_per_count_q16 == 2328 << 16
-    assert hello.tare_counts_q7 == 0
     assert hello.converter_rate_hz_q16 == 0, "no rate can be known before any conversion"
 
 

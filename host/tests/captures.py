@@ -5,7 +5,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from host.tests.fake_device import RATE_HZ, Chain, steps_and_noise
-from terazi.link.generated.messages import FINGERPRINT, ChainOrder, KfKind, SetChain, Tare
+from terazi.design import scale as scale_design
+from terazi.link.generated.messages import (
+    FINGERPRINT,
+    Ack,
+    CalibrateEnd,
+    ChainOrder,
+    KfKind,
+    Result,
+    Tare,
+)
 from terazi.recorder import CaptureWriter
 
 METADATA = {
@@ -33,8 +42,11 @@ class CaptureMaker:
     def put(self, wire: bytes) -> None:
         self._writer.append(self.chain.device_us / 1e6 + 0.2, wire)
 
-    def hello(self) -> "CaptureMaker":
+    def hello(self, *, points: bool = True) -> "CaptureMaker":
+        """HELLO, and the calibration's points as `terazi log` asks for them."""
         self.say(self.chain.hello())
+        for point in self.chain.points if points else []:
+            self.say(point)
         return self
 
     def samples(
@@ -68,16 +80,18 @@ class CaptureMaker:
             self.put(wire)
         return self
 
-    def set_chain(
-        self, order: ChainOrder, kf_kind: KfKind, *, lose_hello: bool = False
-    ) -> "CaptureMaker":
-        """A set_chain command: its ACK and the HELLO behind it."""
+    def another_chain(self, order: ChainOrder, kf_kind: KfKind) -> "CaptureMaker":
+        """The filters' order and the Kalman filter are others from here on, and told."""
+        self.chain.order, self.chain.kf_kind = order, kf_kind
+        self.say(self.chain.hello())
+        return self
 
-        class Command:
-            id, sequence, payload = SetChain.ID, 0, SetChain(order, kf_kind).pack()
-
-        wire = self.chain.answer(Command, mask=[3])
-        self.put(wire[: wire.index(0) + 1] if lose_hello else wire)
+    def calibrated(self, points: list, *, told: bool = True) -> "CaptureMaker":
+        """Other points, (counts, gram), hold from here on: the ACK, and them if they are told."""
+        self.chain.calibrate(scale_design.config(points))
+        self.say(Ack(command=CalibrateEnd.ID, command_sequence=0, result=Result.OK))
+        for point in self.chain.points if told else []:
+            self.say(point)
         return self
 
     def end(self) -> Path:

@@ -17,24 +17,27 @@ from collections.abc import Callable
 from terazi.cshared import (
     Fir,
     FrameDecoder,
+    Scale,
+    ScaleRefusedError,
     WeightKf,
     WeightKfAdaptive,
     encode_frame,
-    mass_mg_block,
 )
+from terazi.design import scale as scale_design
 from terazi.link.generated.messages import (
     FINGERPRINT,
     Ack,
     ChainOrder,
     ConverterState,
     GetInfo,
+    GetPoint,
     Hello,
     KfKind,
+    Point,
     ResetCause,
     Result,
     Sample,
     SampleFlag,
-    SetChain,
     SetStream,
     SetTextMode,
     Status,
@@ -44,7 +47,6 @@ from terazi.link.generated.messages import (
 from terazi.units import COUNTS_RAIL_HIGH, COUNTS_RAIL_LOW
 
 RATE_HZ = 82.0
-SPAN_UG_PER_COUNT_Q16 = 2328 << 16
 SLICE_S = 0.002
 BOOT_S = 0.05
 
@@ -57,7 +59,7 @@ def steps_and_noise(t_s: float) -> int:
 
 
 class Chain:
-    """What the device makes of a conversion: FIR, Kalman, mass; and the frames of it."""
+    """What the device makes of a conversion: FIR, Kalman, scale; and the frames of it."""
 
     def __init__(self, load: Callable[[float], int] = steps_and_noise) -> None:
         self.load = load
@@ -66,12 +68,11 @@ class Chain:
         self.conversion = 0
         self.samples = 0
         self.device_us = 0
-        self.tare_counts_q7 = 84_000 << 7
         self.state = ConverterState.RUNNING
         self._fir: Fir | None = None
         self._kf: WeightKf | WeightKfAdaptive | None = None
-        self.last_counts_q7 = 0  # what the chain ended with
         self.order, self.kf_kind = ChainOrder.FIR_KF, KfKind.CONSTANT
+        self.calibrate(scale_design.config())
 
     def frame(self, message, device_us: int | None = None) -> bytes:
         """The frame of a message, numbered."""
@@ -92,11 +93,18 @@ class Chain:
             fir_taps=32,
             kf_schedule=0,
             converter_rate_hz_q16=0,
-            span_ug_per_count_q16=SPAN_UG_PER_COUNT_Q16,
-            tare_counts_q7=self.tare_counts_q7,
             chain_order=self.order,
             kf_kind=self.kf_kind,
         )
+
+    def calibrate(self, config: dict) -> None:
+        """Weigh by another configuration (scale.h)."""
+        columns = (config["point_counts_q7"], config["point_mass_mg"])
+        pairs = list(zip(*columns, strict=True))[: config["points"]]
+        self.points = [
+            Point(at, counts_q7, mass_mg) for at, (counts_q7, mass_mg) in enumerate(pairs)
+        ]
+        self._scale = Scale(config)
 
     def status(self) -> Status:
         fields = {field.name: 0 for field in dataclasses.fields(Status)}
@@ -123,20 +131,22 @@ class Chain:
             flags |= SampleFlag.RESTARTED
         if self.order == ChainOrder.FIR_KF:
             fir = self._run_fir(raw, restart)
-            kf_q7 = self.last_counts_q7 = self._run_kf(fir, restart)
+            kf_q7 = last_q7 = self._run_kf(fir, restart)
         else:
             kf_q7 = self._run_kf(raw, restart)
             fir = self._run_fir((kf_q7 + 64) >> 7, restart)
-            self.last_counts_q7 = fir * 128
+            last_q7 = fir * 128
         self.samples += 1
-        mass_mg = mass_mg_block([self.last_counts_q7], self.tare_counts_q7, SPAN_UG_PER_COUNT_Q16)
+        weight_flags = self._scale.update(last_q7, self.device_us % (1 << 32))
         return Sample(
             conversion=self.conversion % 65536,
             raw_counts=raw,
             fir_counts=fir,
             kf_counts_q7=kf_q7,
-            mass_mg=int(mass_mg[0]),
+            mass_mg=self._scale.mass_mg,
+            net_mg=self._scale.net_mg,
             flags=flags,
+            weight_flags=int(weight_flags),
         )
 
     def _run_fir(self, counts: int, restart: bool) -> int:
@@ -159,22 +169,30 @@ class Chain:
     def answer(self, frame, *, mask: list[int]) -> bytes:
         """The frames that answer a command."""
         result = Result.OK
+        told = b""
         if frame.id == Tare.ID:
-            self.tare_counts_q7 = self.last_counts_q7
+            result = self._tare()
+        elif frame.id == GetPoint.ID:
+            index = GetPoint.unpack(frame.payload).index
+            if index < len(self.points):
+                told = self.frame(self.points[index])
+            else:
+                result = Result.NOTHING_THERE
         elif frame.id == SetStream.ID:
             mask[0] = SetStream.unpack(frame.payload).mask
-        elif frame.id == SetChain.ID:
-            chosen = SetChain.unpack(frame.payload)
-            self.order, self.kf_kind = chosen.order, chosen.kf_kind
-            self._fir = None
         elif frame.id not in (GetInfo.ID, SetTextMode.ID):
             result = Result.UNKNOWN_COMMAND
         answer = self.frame(Ack(command=frame.id, command_sequence=frame.sequence, result=result))
-        if frame.id in (GetInfo.ID, SetChain.ID):
-            answer += self.frame(self.hello())
         if frame.id == GetInfo.ID:
-            answer += self.frame(self.status())
-        return answer
+            told = self.frame(self.hello()) + self.frame(self.status())
+        return answer + told
+
+    def _tare(self) -> Result:
+        try:
+            self._scale.tare()
+        except ScaleRefusedError as refused:
+            return Result[refused.status.name]
+        return Result.OK
 
 
 class FakeDevice:

@@ -6,14 +6,6 @@ import pytest
 from terazi import units
 
 
-def test_weight_from_counts_is_the_devices_line():
-    span_q16 = 2328 << 16
-    assert units.g_per_count(span_q16) == pytest.approx(2.328e-3)
-    assert units.g_from_counts(84_000 + 214_776, 84_000 << 7, span_q16) == pytest.approx(
-        500, abs=2e-3
-    )
-
-
 def test_fixed_point_formats_are_undone():
     assert units.counts_from_q7(-129) == -1.0078125
     assert units.hz_from_q16(82 << 16) == 82.0

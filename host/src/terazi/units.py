@@ -34,16 +34,6 @@ def s_from_us(time_us):
     return time_us / US_PER_S
 
 
-def g_per_count(span_ug_per_count_q16):
-    """Gram a count from the span as the device holds it."""
-    return span_ug_per_count_q16 / Q16_ONE / UG_PER_G
-
-
-def g_from_counts(counts, tare_counts_q7, span_ug_per_count_q16):
-    """Weight in gram of converter counts, in floating point: for plots, not for proofs."""
-    return (counts - counts_from_q7(tare_counts_q7)) * g_per_count(span_ug_per_count_q16)
-
-
 def show_g(weight_g: float) -> str:
     """A weight for people, to the hundredth of a gram."""
     return f"{weight_g:,.2f} g".replace(",", " ")

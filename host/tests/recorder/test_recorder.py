@@ -61,8 +61,9 @@ def test_recorder_writes_capture_and_tables_that_say_the_same(path):
     for name in ("device_us", "conversion", "raw_counts", "fir_counts"):
         assert [int(row[name]) for row in rows] == samples[name].tolist() == parquet[name]
     assert [float(row["kf_counts"]) * 128 for row in rows] == samples["kf_counts_q7"].tolist()
-    assert [float(row["weight_g"]) * 1000 for row in rows] == pytest.approx(samples["mass_mg"])
-    assert parquet["weight_g"] == pytest.approx(samples["mass_mg"] / 1000)
+    for name, column in (("weight_g", "net_mg"), ("mass_g", "mass_mg")):
+        assert [float(row[name]) * 1000 for row in rows] == pytest.approx(samples[column])
+        assert parquet[name] == pytest.approx(samples[column] / 1000)
     assert [int(row["restarted"]) for row in rows] == [1] + [0] * 199
     assert pyarrow.parquet.read_schema(path.with_suffix(".parquet")).metadata[b"port"]
 

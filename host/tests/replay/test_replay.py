@@ -125,17 +125,36 @@ def test_replay_starts_anew_where_the_filters_did(maker):
     assert stages["kalman"].compared == 300
 
 
-def test_replay_follows_a_tare(maker):
-    result, stages = replayed(maker.hello().samples(100).tare().samples(100).end())
+BENT = [(1000.0, 0.0), (200_000.0, 480.0), (900_000.0, 2000.0)]
+
+
+def test_replay_follows_a_calibration_from_its_end_on(maker):
+    maker.hello().samples(100).calibrated(BENT).samples(100)
+    result, stages = replayed(maker.tare().samples(100).end())
     assert result.agrees
-    assert stages["mass"].compared == 200
+    assert stages["mass"].compared == 300
 
 
-def test_replay_does_not_judge_masses_after_an_ack_that_may_have_been_a_tare(maker):
+def test_replay_finds_a_mass_of_the_old_calibration_under_the_new_one(maker):
+    maker.hello().samples(100).calibrated(BENT)
+    path = maker.samples(100, change=off_by_one("mass_mg", 60)).end()
+    _result, stages = replayed(path)
+    assert [one.sample for one in stages["mass"].first] == [160]
+
+
+def test_replay_does_not_judge_masses_by_a_calibration_that_was_not_told(maker):
+    maker.hello().samples(100).calibrated(BENT, told=False)
+    result, stages = replayed(maker.samples(30).end())
+    assert result.agrees
+    assert stages["mass"].compared == 100
+    assert stages["kalman"].compared == 130
+
+
+def test_replay_does_not_judge_masses_after_an_ack_that_may_have_been_a_calibrations_end(maker):
     maker.hello().samples(100).tare(lose_ack=True).samples(50)
     result, stages = replayed(maker.hello().samples(30).end())
     assert result.agrees
-    assert stages["mass"].compared == 130
+    assert stages["mass"].compared == 180, "told again: known back to the loss"
 
 
 def test_replay_names_filters_that_this_host_does_not_know(maker):
@@ -157,7 +176,8 @@ def test_replay_wants_to_know_who_spoke(maker):
 @pytest.mark.parametrize("order", ChainOrder)
 @pytest.mark.parametrize("kf_kind", KfKind)
 def test_replay_follows_the_order_and_the_filter_that_were_announced(maker, order, kf_kind):
-    maker.hello().samples(200).set_chain(order, kf_kind).samples(500).tare().samples(300)
+    maker.hello().samples(200).another_chain(order, kf_kind)
+    maker.samples(500, restart=True).tare().samples(300)
     result, stages = replayed(maker.end())
     assert result.agrees
     assert [stage.compared for stage in stages.values()] == [1000, 1000, 1000]
@@ -172,17 +192,7 @@ def test_replay_follows_the_order_and_the_filter_that_were_announced(maker, orde
     ("field", "stage"), [("fir_counts", "fir"), ("kf_counts_q7", "kalman"), ("mass_mg", "mass")]
 )
 def test_replay_finds_a_wrong_bit_in_every_chain(maker, order, kf_kind, field, stage):
-    maker.hello().set_chain(order, kf_kind).samples(300, change=off_by_one(field, 200))
+    maker.hello().another_chain(order, kf_kind).samples(300, change=off_by_one(field, 200))
     result, stages = replayed(maker.end())
     assert not result.is_bit_identical
     assert stages[stage].first[0].sample == 200
-
-
-def test_replay_compares_nothing_where_it_was_not_said_which_chain_it_was(maker):
-    maker.hello().samples(100)
-    maker.set_chain(ChainOrder.KF_FIR, KfKind.ADAPTIVE, lose_hello=True).samples(200)
-    maker.hello().samples(50, restart=True)
-    result, stages = replayed(maker.end())
-    assert result.agrees
-    assert [stage.compared for stage in stages.values()] == [150, 150, 150]
-    assert result.chains == ["fir_kf, constant", "unknown", "kf_fir, adaptive"]

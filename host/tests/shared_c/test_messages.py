@@ -101,7 +101,7 @@ def test_message_that_does_not_fit_its_types_is_refused():
     with pytest.raises(ValueError, match="ack"):
         messages.Ack(256, 0, 0).pack()
     with pytest.raises(ValueError, match="sample"):
-        messages.Sample(0, 2**31, 0, 0, 0, messages.SampleFlag(0)).pack()
+        messages.Sample(0, 2**31, 0, 0, 0, 0, messages.SampleFlag(0), messages.WeightFlag(0)).pack()
 
 
 def test_fingerprint_is_one_in_c_python_and_specification():

@@ -64,7 +64,6 @@ def _plain(port: str, hello, status) -> dict:
 def _show(port: str, hello, status) -> None:
     from terazi.cshared import FIR_DESIGNS
     from terazi.link.plain import plain_message
-    from terazi.units import counts_from_q7, g_per_count
 
     table = Table.grid(padding=(0, 2))
     table.add_row("port", port)
@@ -77,8 +76,6 @@ def _show(port: str, hello, status) -> None:
     table.add_row("FIR", f"{_name(FIR_DESIGNS, hello.fir_design)}, {hello.fir_taps} taps")
     table.add_row("Kalman", _kalman(hello))
     table.add_row("order", _words(hello.chain_order).replace(" ", " then ").replace("kf", "Kalman"))
-    table.add_row("span", f"{g_per_count(hello.span_ug_per_count_q16) * 1000:.4f} mg a count")
-    table.add_row("tare", f"{counts_from_q7(hello.tare_counts_q7):.1f} counts")
     shown = {"converter_state", "converter_rate_hz"}
     for name, value in plain_message(status).items():
         if name not in shown:
@@ -114,5 +111,6 @@ def _is_bad(name: str, value) -> bool:
         "settling_dropped",
         "stack_free_bytes",
         "cpu_busy_permille",
+        "settings_saved",
     )
     return name not in healthy and value != 0

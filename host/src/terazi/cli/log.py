@@ -182,7 +182,7 @@ class LiveLine:
             cells.append(f"[bold red]no samples for {silent_s:.0f} s{why}[/]")
         elif self._sample is not None:
             cells.append(self._rate())
-            cells.append(f"[bold]{show_g(g_from_mg(self._sample.mass_mg)):>12}[/]")
+            cells.append(f"[bold]{show_g(g_from_mg(self._sample.net_mg)):>12}[/]")
             if self._sample.flags & self._at_rail:
                 cells.append("[bold red]at the converter's rail[/]")
         lost = self._link.stream.frames_lost

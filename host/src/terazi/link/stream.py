@@ -6,10 +6,11 @@ Used alike for a live port and for a recording, so that both lose and count the 
 
 import struct
 from dataclasses import dataclass
+from typing import get_args
 
 from terazi.cshared import Frame, FrameDecoder
 from terazi.errors import FingerprintMismatch
-from terazi.link.generated.messages import FINGERPRINT, MESSAGES_BY_ID, Ack, Hello, Sample, Status
+from terazi.link.generated.messages import FINGERPRINT, MESSAGES_BY_ID, Hello, ToHost
 
 CLOCK_PERIOD_US = 1 << 32  # the device's clock wraps after 71.6 minutes
 SEQUENCE_PERIOD = 256
@@ -21,14 +22,14 @@ HELLO_SAME_RUN_US = 10_000_000
 # The head of HELLO never changes: fingerprint, version, build (shared_c/spec/messages.toml).
 HELLO_HEAD = struct.Struct("<HBBBI")
 
-FROM_DEVICE = (Hello, Status, Sample, Ack)
+FROM_DEVICE = frozenset(get_args(ToHost))
 
 
 @dataclass(frozen=True)
 class Received:
     """A message as it came in."""
 
-    message: Hello | Status | Sample | Ack
+    message: ToHost
     sequence: int
     device_us: int  # the device's clock in this run of it, wraps undone
     boot: int  # runs of the device seen before this one
@@ -146,7 +147,7 @@ class MessageStream:
         return expected_us - behind_us
 
 
-def _message(kind: type | None, payload: bytes) -> Hello | Status | Sample | Ack | None:
+def _message(kind: type | None, payload: bytes) -> ToHost | None:
     """The payload read, or None where it is none of the device's or not as its layout wants."""
     if kind not in FROM_DEVICE:
         return None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from terazi.link.generated.messages import Ack, ChainOrder, Hello, KfKind, Result, SetChain
+from terazi.link.generated.messages import ChainOrder, Hello, KfKind
 from terazi.recorder.recording import Recording
 
 
@@ -25,11 +25,7 @@ class Chain:
 
 
 def chain_of(recording: Recording) -> Chain:
-    """Follow the HELLOs of a recording.
-
-    The device sends one after it has acknowledged set_chain and before the next sample. Where the
-    ACK came and that HELLO did not, nothing says which chain it was, until the next one.
-    """
+    """Follow the HELLOs of a recording."""
     count, first = len(recording), recording.hello
     order = np.full(count, first.chain_order, np.uint8)
     kf_kind = np.full(count, first.kf_kind, np.uint8)
@@ -39,17 +35,12 @@ def chain_of(recording: Recording) -> Chain:
         if isinstance(message, Hello):
             order[at:], kf_kind[at:] = message.chain_order, message.kf_kind
             is_certain[at:] = True
-        elif isinstance(message, Ack) and (message.command, message.result) == (
-            SetChain.ID,
-            Result.OK,
-        ):
-            is_certain[at:] = False
     known = (order <= max(ChainOrder)) & (kf_kind <= max(KfKind))
     return Chain(order, kf_kind, is_certain & known)
 
 
 def last_counts_q7(recording: Recording, chain: Chain) -> np.ndarray:
-    """(n,) int64: what the chain ended with, counts in Q7; mass and tare are of this."""
+    """(n,) int64: what the chain ended with, counts in Q7; the mass is of this."""
     fir_q7 = recording.samples["fir_counts"].astype(np.int64) * 128
     kf_q7 = recording.samples["kf_counts_q7"].astype(np.int64)
     return np.where(chain.order == ChainOrder.KF_FIR, fir_q7, kf_q7)

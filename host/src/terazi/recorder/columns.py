@@ -10,7 +10,7 @@ from array import array
 import numpy as np
 
 from terazi import units
-from terazi.link.generated.messages import SampleFlag
+from terazi.link.generated.messages import SampleFlag, WeightFlag
 from terazi.link.stream import Received
 
 # name, array type code, numpy type
@@ -25,7 +25,9 @@ RAW_COLUMNS = [
     ("fir_counts", "i", np.int32),
     ("kf_counts_q7", "i", np.int32),
     ("mass_mg", "i", np.int32),
+    ("net_mg", "i", np.int32),
     ("flags", "B", np.uint8),
+    ("weight_flags", "B", np.uint8),
 ]
 
 TABLE_COLUMNS = [
@@ -38,7 +40,9 @@ TABLE_COLUMNS = [
     "raw_counts",
     "fir_counts",
     "kf_counts",
+    "mass_g",
     "weight_g",
+    "stable",
     "restarted",
     "at_rail",
     "gap",
@@ -67,7 +71,9 @@ class SampleColumns:
             sample.fir_counts,
             sample.kf_counts_q7,
             sample.mass_mg,
+            sample.net_mg,
             int(sample.flags),
+            int(sample.weight_flags),
         )
         for column, value in zip(self._arrays.values(), row, strict=True):
             column.append(value)
@@ -81,7 +87,10 @@ def table_of(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     flags = columns["flags"]
     shown = dict(columns)
     shown["kf_counts"] = units.counts_from_q7(columns["kf_counts_q7"])
-    shown["weight_g"] = units.g_from_mg(columns["mass_mg"])
+    shown["weight_g"] = units.g_from_mg(columns["net_mg"])
+    shown["mass_g"] = units.g_from_mg(columns["mass_mg"])
+    stable = columns["weight_flags"] & int(WeightFlag.STABLE)
+    shown["stable"] = (stable != 0).astype(np.uint8)
     for name, flag in (
         ("restarted", SampleFlag.RESTARTED),
         ("at_rail", SampleFlag.AT_RAIL),

@@ -4,7 +4,7 @@
     fir     raw_counts   -> fir_counts       the other order:  kf_counts_q7 in whole counts
     kalman  fir_counts   -> kf_counts_q7                       raw_counts
     mass    kf_counts_q7 -> mass_mg                            fir_counts
-            with the tare and span that held at the time
+            by the calibration that held at the time
 
 Order and Kalman filter are those that the device announced, segment by segment.
 Where a segment's beginning is unknown, the FIR is compared from the first sample whose whole
@@ -22,10 +22,11 @@ from terazi.cshared import (
     FIR_DESIGNS,
     WEIGHT_KF_SCHEDULES,
     Fir,
+    Scale,
     WeightKf,
     WeightKfAdaptive,
-    mass_mg_block,
 )
+from terazi.design import scale as scale_design
 from terazi.errors import CannotRead
 from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.recorder.calibration import calibration_of
@@ -208,13 +209,21 @@ class _Steady:
 def _compare_mass(recording: Recording, chain: Chain) -> StageResult:
     result = StageResult("mass")
     samples = recording.samples
-    calibration = calibration_of(recording)
     last_q7 = last_counts_q7(recording, chain)
-    for begin, end in calibration.stretches():
-        if not calibration.is_certain[begin] or not chain.is_certain[begin:end].all():
+    for stretch in calibration_of(recording):
+        if stretch.points is None:
             continue
-        tare_q7 = int(calibration.tare_counts_q7[begin])
-        span_q16 = int(calibration.span_ug_per_count_q16[begin])
-        host = mass_mg_block(last_q7[begin:end], tare_q7, span_q16)
-        result.add(samples, np.arange(begin, end), samples["mass_mg"][begin:end], host)
+        known = np.arange(stretch.begin, stretch.end)
+        known = known[chain.is_certain[known]]
+        host = scale_of(stretch.points).masses(last_q7[known])
+        result.add(samples, known, samples["mass_mg"][known], host)
     return result
+
+
+def scale_of(points: tuple[tuple[int, int], ...]) -> Scale:
+    """A scale with a calibration's points, (counts_q7, mass_mg), as the device holds them."""
+    columns = zip(*points, strict=True)
+    room = scale_design.POINTS_MAX - len(points)
+    counts_q7, mass_mg = ([*column, *[0] * room] for column in columns)
+    calibration = {"point_counts_q7": counts_q7, "point_mass_mg": mass_mg, "points": len(points)}
+    return Scale(scale_design.config() | calibration)

@@ -15,7 +15,7 @@ import numpy as np
 from terazi import units
 from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.models import fir as fir_model
-from terazi.models import mass as mass_model
+from terazi.models import scale as scale_model
 from terazi.models import weight_kf as weight_kf_model
 from terazi.models import weight_kf_adaptive as adaptive_model
 from terazi.recorder.calibration import calibration_of
@@ -25,7 +25,6 @@ from terazi.replay.segments import Segment
 
 ADAPTIVE_BUDGET_COUNTS = 1.0  # shared_c/notes/weight_kf_adaptive.md
 HALF_COUNT = 0.5  # the estimate in whole counts, before a FIR
-MASS_BUDGET_MG = 0.5  # the C's one rounding, shared_c/notes/mass.md
 # What float64 itself may lose of a mass below 2^31 mg.
 MASS_FLOAT_MG = 1e-6
 
@@ -136,15 +135,16 @@ def compare_with_models(
 
 def _compare_mass(recording: Recording, chain: Chain) -> ModelResult:
     result = ModelResult("mass", "mg")
-    held = calibration_of(recording)
-    sure = held.is_certain & chain.is_certain
-    net_counts = units.counts_from_q7(
-        (last_counts_q7(recording, chain) - held.tare_counts_q7).astype(np.float64)
-    )
-    model_mg = mass_model.mass_mg(net_counts, held.span_ug_per_count_q16 / units.Q16_ONE)
-    result.add(
-        recording.samples["mass_mg"][sure].astype(np.float64),
-        model_mg[sure],
-        MASS_BUDGET_MG + MASS_FLOAT_MG,
-    )
+    counts = units.counts_from_q7(last_counts_q7(recording, chain).astype(np.float64))
+    for stretch in calibration_of(recording):
+        if stretch.points is None:
+            continue
+        known = np.arange(stretch.begin, stretch.end)
+        known = known[chain.is_certain[known]]
+        points = [(units.counts_from_q7(at_q7), mass_mg) for at_q7, mass_mg in stretch.points]
+        result.add(
+            recording.samples["mass_mg"][known].astype(np.float64),
+            scale_model.mass_mg(counts[known], points),
+            scale_model.MASS_BUDGET_MG + MASS_FLOAT_MG,
+        )
     return result

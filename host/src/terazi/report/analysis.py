@@ -17,7 +17,9 @@ from itertools import pairwise
 import numpy as np
 
 from terazi import units
+from terazi.design import scale as scale_design
 from terazi.link.generated.messages import SampleFlag
+from terazi.models import scale as scale_model
 from terazi.recorder.calibration import calibration_of
 from terazi.recorder.recording import Recording
 from terazi.report.truth import Truth, align
@@ -114,18 +116,28 @@ def time_s(samples: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def weights_g(recording: Recording) -> dict[str, np.ndarray]:
-    """Each stage in gram, by the span and tare that held at the time."""
+    """Each stage in net gram, by the calibration, zero and tare that held at the time.
+
+    Where no calibration is told, by that of a board which was never calibrated.
+    """
     samples = recording.samples
     counts = {
         "raw": samples["raw_counts"].astype(np.float64),
         "fir": samples["fir_counts"].astype(np.float64),
         "kalman": units.counts_from_q7(samples["kf_counts_q7"].astype(np.float64)),
     }
-    held = calibration_of(recording)
-    return {
-        stage: units.g_from_counts(values, held.tare_counts_q7, held.span_ug_per_count_q16)
-        for stage, values in counts.items()
-    }
+    away_mg = samples["mass_mg"] - samples["net_mg"].astype(np.float64)  # zero and tare
+    nominal = [(at, mass_g * units.MG_PER_G) for at, mass_g in scale_design.default_points()]
+    stages_g = {stage: np.empty(len(away_mg)) for stage in counts}
+    for stretch in calibration_of(recording):
+        points = nominal
+        if stretch.points is not None:
+            points = [(units.counts_from_q7(at_q7), mass_mg) for at_q7, mass_mg in stretch.points]
+        place = slice(stretch.begin, stretch.end)
+        for stage, values in counts.items():
+            net_mg = scale_model.mass_mg(values[place], points) - away_mg[place]
+            stages_g[stage][place] = units.g_from_mg(net_mg)
+    return stages_g
 
 
 def intervals_ms(samples: dict[str, np.ndarray]) -> np.ndarray:
