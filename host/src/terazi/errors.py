@@ -91,6 +91,22 @@ class DesignMisses(TeraziError):
 
 
 class CommandRefused(TeraziError):
-    """The board understood a command and said no."""
+    """The board understood a command and said no; `result` is its word for it."""
 
     exit_code = 6
+
+    def __init__(self, message: str, *, remedy: str = "", result: int | None = None) -> None:
+        super().__init__(message, remedy=remedy)
+        self.result = result
+
+
+class Aborted(TeraziError):
+    """The one at the keyboard ended a dialogue before its end; the board is as it was."""
+
+    exit_code = 130
+
+
+class CalibrationRefused(TeraziError):
+    """Points that contradict one another, or sense."""
+
+    exit_code = 13

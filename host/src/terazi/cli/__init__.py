@@ -14,12 +14,26 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 
 # In the order in which a newcomer needs them. A verb's module holds a function of its name, or a
 # group of verbs.
-VERBS = ["ports", "flash", "info", "log", "replay", "report", "design", "weigh", "attitude"]
+VERBS = [
+    "ports",
+    "flash",
+    "info",
+    "calibrate",
+    "watch",
+    "tare",
+    "log",
+    "replay",
+    "report",
+    "design",
+    "weigh",
+    "attitude",
+]
 
 EPILOG = (
     "Exit codes: 0 fine, 2 usage or missing tool, 3 port missing, 4 port busy, 5 port vanished, "
     "6 no answer, 7 other protocol version, 8 cannot write, 9 cannot read, 10 replay disagrees, "
-    "11 flashing failed, 12 a design misses what was wished for."
+    "11 flashing failed, 12 a design misses what was wished for, 13 calibration points contradict "
+    "one another, 130 interrupted."
 )
 
 

@@ -5,8 +5,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 
 from terazi.cshared import encode_frame
-from terazi.errors import CommandRefused, NoAnswer
+from terazi.errors import NoAnswer
 from terazi.link.generated.messages import Ack, GetInfo, Hello, Result, SetTextMode, Status
+from terazi.link.refusals import refusal
 from terazi.link.stream import SEQUENCE_PERIOD, MessageStream, Received
 from terazi.link.transport import BAUD_DEFAULT, SerialTransport, Transport
 
@@ -39,6 +40,7 @@ class Link:
         self.stream = MessageStream(whose=name)
         self._start_s = transport.now_s()
         self._sequence = 0
+        self._first_sent = 0  # sequence of the first attempt at the latest request
         self._waiting: deque[Received] = deque()  # not yet given by poll
         # What came since the last request was begun; in a long recording, its end.
         self._answers: deque[Received] = deque(maxlen=1024)
@@ -91,28 +93,56 @@ class Link:
         """
         sent = set()
         self._answers.clear()
-        for _attempt in range(attempts):
-            sent.add(self.send(command))
+        for attempt in range(attempts):
+            sequence = self.send(command)
+            sent.add(sequence)
+            if attempt == 0:
+                self._first_sent = sequence
             ack = self._wait(lambda: self._ack(command.ID, sent), timeout_s)
             if ack is not None:
                 return ack
         name = type(command).__name__
         raise NoAnswer(f"{self.name} does not acknowledge {name} after {attempts} attempts")
 
-    def command(self, command, timeout_s: float = ANSWER_S) -> None:
-        """Send a command that must succeed. Raises CommandRefused if the board says no."""
-        result = self.request(command, timeout_s).result
-        if result != Result.OK:
-            words = getattr(result, "name", f"result {result}").lower().replace("_", " ")
-            raise CommandRefused(f"{self.name} refuses {type(command).__name__}: {words}")
+    def command(
+        self, command, timeout_s: float = ANSWER_S, *, done_before: Result | None = None
+    ) -> None:
+        """Send a command that must succeed. Raises CommandRefused if the board says no.
+
+        done_before: what the board answers where it has obeyed this command already. To the
+        repetition of a command whose ACK was lost that answer means success; to the first, not.
+        """
+        ack = self.request(command, timeout_s)
+        if ack.result == Result.OK:
+            return
+        if ack.result == done_before and ack.command_sequence != self._first_sent:
+            return
+        raise refusal(self.name, command, ack.result)
+
+    def ask(self, command, kind: type, timeout_s: float = ANSWER_S, **fields):
+        """The message of a kind, with these fields, that follows a command's ACK.
+
+        An answer that was lost is asked for anew. Raises CommandRefused or NoAnswer.
+        """
+        for _attempt in range(ATTEMPTS):
+            self.command(command, timeout_s)
+            answer = self._wait(lambda: self._answered(kind, fields), timeout_s)
+            if answer is not None:
+                return answer
+        name = type(command).__name__
+        raise NoAnswer(f"{self.name} acknowledges {name} but sends no {kind.__name__.upper()}")
+
+    def fresh(self) -> None:
+        """Forget what waits to be polled: what comes from now on was sent from now on.
+
+        For callers that let time go by without polling, as while a person thinks.
+        """
+        self.command(GetInfo())
+        self._waiting.clear()
 
     def status(self, timeout_s: float = ANSWER_S) -> Status:
         """The board's health now."""
-        self.command(GetInfo(), timeout_s)
-        status = self._wait(self._answered_status, timeout_s)
-        if status is None:
-            raise NoAnswer(f"{self.name} acknowledged GetInfo but sent no STATUS")
-        return status
+        return self.ask(GetInfo(), Status, timeout_s)
 
     def send(self, command) -> int:
         """Send a command's frame without waiting; gives its sequence number."""
@@ -147,10 +177,13 @@ class Link:
                 return ack
         return None
 
-    def _answered_status(self) -> Status | None:
+    def _answered(self, kind: type, fields: dict):
         for received in self._answers:
-            if isinstance(received.message, Status):
-                return received.message
+            message = received.message
+            if isinstance(message, kind) and all(
+                getattr(message, name) == value for name, value in fields.items()
+            ):
+                return message
         return None
 
     def _runs_already(self) -> bool | None:

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""`terazi calibrate`."""
+
+import json
+import sys
+from typing import Annotated
+
+import typer
+
+from terazi.cli.board import board
+from terazi.cli.common import BAUD_DEFAULT, BaudOption, JsonOption, PortArgument, errors, out
+
+
+def calibrate(
+    port: PortArgument = None,
+    mass: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A point's mass, as 0, 500 or 0.5kg, in the order in which they are put on; "
+            "several times. Without it, the dialogue asks.",
+            show_default=False,
+        ),
+    ] = None,
+    max_: Annotated[
+        str | None,
+        typer.Option("--max", help="Max, the greatest load, as 5kg.", show_default=False),
+    ] = None,
+    e: Annotated[
+        str | None,
+        typer.Option("--e", help="e, the least difference that counts, as 1g.", show_default=False),
+    ] = None,
+    yes: Annotated[
+        bool,
+        typer.Option(
+            "--yes", help="Ask nothing: take points as the loads come, doubtful ones too."
+        ),
+    ] = False,
+    wait: Annotated[
+        float, typer.Option(help="Seconds to wait for a load, and until it stands.", min=0.0)
+    ] = 30.0,
+    abort: Annotated[
+        bool, typer.Option("--abort", help="Forget a calibration that nobody ended.")
+    ] = False,
+    baud: BaudOption = BAUD_DEFAULT,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate the scale: it says what to put on, waits until it stands, and shows what came out.
+
+    Until the end the scale weighs as before, and ctrl-C leaves it so. With --mass and without a
+    terminal, or with --yes, nothing is asked: each load is taken when it is there and stands.
+    Resets the board.
+
+    [dim]Examples:[/]  terazi calibrate
+    terazi calibrate --max 5kg --e 1g --mass 0 --mass 2kg --mass 5kg
+    """
+    from terazi.calibration import Plan
+    from terazi.calibration import calibrate as run
+    from terazi.cli.terminal import RichTerminal
+    from terazi.control import Balance
+    from terazi.control.quantities import parse_mass_mg
+    from terazi.errors import UsageError
+
+    asks = not yes and sys.stdin is not None and sys.stdin.isatty()
+    if not asks and not mass and not abort:
+        raise UsageError(
+            "nobody is there to ask: standard input is no terminal, or --yes was given",
+            remedy="Name the masses: --mass 0 --mass 500g --mass 1kg",
+        )
+    if mass and len(mass) < 2:
+        raise UsageError("a calibration needs two points or more", remedy="Add --mass 0.")
+    plan = Plan(
+        masses_mg=tuple(map(parse_mass_mg, mass)) if mass else None,
+        max_mg=parse_mass_mg(max_) if max_ else None,
+        interval_mg=parse_mass_mg(e) if e else None,
+        wait_s=wait,
+        asks=asks,
+        takes_doubtful=yes,
+    )
+    with board(port, baud) as link:
+        balance = Balance(link)
+        if abort:
+            _abort(balance)
+            return
+        outcome = run(balance, RichTerminal(errors if as_json else out), plan)
+    if as_json:
+        print(json.dumps(_plain(outcome)))
+
+
+def _abort(balance) -> None:
+    from terazi.errors import CommandRefused
+    from terazi.link.generated.messages import CalibrateAbort, Result
+
+    try:
+        balance.link.command(CalibrateAbort())
+    except CommandRefused as refused:
+        if refused.result != Result.NOT_CALIBRATING:
+            raise
+    out.print("no calibration is under way")
+
+
+def _plain(outcome) -> dict:
+    return {
+        "points": [
+            {"counts_q7": point.counts_q7, "mass_mg": point.mass_mg} for point in outcome.points
+        ],
+        "max_mg": outcome.max_mg,
+        "interval_mg": outcome.interval_mg,
+        "settings_saved": outcome.settings_saved,
+        "check_off_mg": outcome.check_off_mg,
+    }
