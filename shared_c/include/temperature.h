@@ -7,14 +7,17 @@
  * Model     c' = c - zero dT - span dT (c - origin), dT = T - reference: a straight line each for
  *           zero and span, as OIML R60 states them (minimum dead load output and sensitivity).
  *           origin is what the converter gives with nothing on, at the reference temperature
- * Where     before the FIR, in whole counts: the converter's noise, 20 counts and more, carries what
- *           is below one count through the one rounding (notes), and every filter behind it and the
- *           calibration then know one temperature only, the reference
+ * Where     before the FIR, which takes whole counts: the one rounding there is half a count at the
+ *           most, 1.2 mg of a 5 kg cell, and every filter behind it, the scale's curve and what is
+ *           weighed beside the filters then know one temperature only, the reference
  * Smoothing the thermometer's readings, about one a second: T += limited(reading - T) / 16, so that
  *           a time constant of 16 readings hides its noise, and one wrong reading moves T by no
  *           more than 0.25 K. The first reading is taken as it is
  * Formats   temperature: 1/100 degC in int16, -40.00..85.00    counts: 24 bits in int32
  *           zero: counts/K, Q4    span: ppm/K, Q4, |span| <= 250 ppm/K
+ * Rounding  half up at each step: dT in K, Q8 = 1/100 K * 20971 / 2^13; zero dT in Q5; span dT in
+ *           ppm, Q12, * 17180 / 2^15 is a share in Q31, then in Q20; that times (c - origin) in Q5
+ *           (the sign of the share on the side of c - origin); c' in whole counts
  * Bad data  a reading outside the range is refused and counted in `refused`; without any reading,
  *           or switched off, counts are passed on as they are; a result beyond 24 bits is clamped
  *           and counted in `clipped`.  A configuration from outside is asked with

@@ -31,11 +31,12 @@ STAMP = ".build/cshared"  # a hash of everything that went into the last build, 
 
 SHARED = ROOT / "shared_c"
 PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "rest.h", "mahony.h")
-PUBLIC_HEADERS += ("scale.h", "checkweigher.h", "weight_kf_adaptive.h")
+PUBLIC_HEADERS += ("scale.h", "checkweigher.h", "weight_kf_adaptive.h", "temperature.h")
 GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_configs.h")
 GENERATED_HEADERS += ("mahony_configs.h", "scale_units.h", "weight_kf_adaptive_variants.h")
 # Loops over arrays.
 BLOCKS = ("blocks", "adaptive_blocks", "imu_blocks", "mahony_blocks", "scale_blocks")
+BLOCKS += ("temperature_blocks",)
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]

@@ -22,13 +22,15 @@ from terazi.models import (
     exact_checkweigher,
     exact_imu,
     exact_scale,
+    exact_temperature,
     exact_weight_kf_adaptive,
 )
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
-TWINS = (exact, exact_checkweigher, exact_imu, exact_scale, exact_weight_kf_adaptive, specs)
+TWINS = (exact, exact_checkweigher, exact_imu, exact_scale, exact_temperature)
+TWINS += (exact_weight_kf_adaptive, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -318,6 +320,7 @@ def drafts() -> list[Draft]:
         golden_imu,
         golden_mahony,
         golden_scale,
+        golden_temperature,
     )
 
     return [
@@ -331,6 +334,7 @@ def drafts() -> list[Draft]:
         *golden_mahony.drafts(),
         *golden_scale.drafts(),
         *golden_checkweigher.drafts(),
+        *golden_temperature.drafts(),
     ]
 
 

@@ -33,6 +33,7 @@ from terazi.cshared.scales import (
     ScaleShow,
     ScaleStatus,
 )
+from terazi.cshared.temperature import Temperature
 
 __all__ = [
     "FIR_DESIGNS",
@@ -55,6 +56,7 @@ __all__ = [
     "ScaleRefusedError",
     "ScaleShow",
     "ScaleStatus",
+    "Temperature",
     "WeightKf",
     "WeightKfAdaptive",
     "WeightKfPair",
