@@ -8,7 +8,8 @@
  *           and nothing is divided later (notes bound the error by 1 mg)
  * Stable    while every mass since some instant, for stable_us at least, lay within stable_band_mg:
  *           what leaves the band begins it anew, so that no drift stays stable for more than it
- * Zero      set once, at the first stable mass within 10 % of Max on either side; by command
+ * Zero      set once, at the first stable mass within 10 % of Max on either side if none is set
+ *           yet; by command
  *           within 2 % of that on either side; tracked within the same 2 %, while stable and
  *           within e/2 of zero, by at most e/16 in 2^17 us, 0.48 e/s (R76's 0.5 d/s, 4 %, 20 %,
  *           from memory; d = e)
@@ -141,6 +142,11 @@ scale_status_t scale_init(scale_t *scale, const scale_config_t *config);
 
 /* The mass of any counts by the calibration's curve alone; changes nothing. */
 int32_t scale_mass(const scale_t *scale, int32_t counts_q7);
+
+/* Behind scale_init: begin with a zero and a tare of before. `firm`: no zero is set at the first
+ * stable mass, for what lies there may be a load. A zero beyond 12 % of Max and a tare beyond Max
+ * are passed over. */
+void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm);
 
 /* Take one estimate of the Kalman filter; gives SCALE_STABLE and so on as bits. */
 uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us);

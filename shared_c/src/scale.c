@@ -87,7 +87,7 @@ static PORT_OUTLINE void settle(scale_t *scale, int32_t mass_mg)
     scale->steady = true;
     if (!scale->settled) {
         scale->settled = true;
-        if ((config->options & SCALE_INITIAL_ZERO) != 0U &&
+        if ((config->options & SCALE_INITIAL_ZERO) != 0U && (scale->flags & SCALE_ZEROED) == 0U &&
             magnitude(mass_mg) <= (uint32_t)scale->initial_mg) {
             scale->zero_initial_mg = mass_mg;
             set_zero(scale, mass_mg);
@@ -213,6 +213,19 @@ void scale_interrupt(scale_t *scale)
     unsettle(scale, scale->last_us);
     scale->begun = false;
     scale->flags &= (uint8_t)~SCALE_STABLE;
+}
+
+void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
+{
+    if (magnitude(zero_mg) <= (uint32_t)(scale->initial_mg + scale->zero_range_mg)) {
+        scale->zero_initial_mg = zero_mg;
+        set_zero(scale, zero_mg);
+    }
+    scale->flags = firm ? SCALE_ZEROED : 0U;
+    if (tare_mg > 0 && tare_mg <= scale->config->max_mg) {
+        scale->tare_mg = tare_mg;
+        scale->flags |= SCALE_TARED;
+    }
 }
 
 scale_status_t scale_zero(scale_t *scale)

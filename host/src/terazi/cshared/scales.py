@@ -127,6 +127,10 @@ class Scale(CState):
         lib.scale_blocks_update(self._c, *arrays, len(counts))
         return flags, net_mg, shown
 
+    def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:
+        """Begin with a zero and a tare of before; firm: no zero at the first stable mass."""
+        lib.scale_resume(self._c, zero_mg, tare_mg, firm)
+
     def interrupt(self) -> None:
         """Samples were lost."""
         lib.scale_interrupt(self._c)

@@ -135,6 +135,15 @@ class Scale:
     def zero_mg(self) -> int:
         return rounded_shift(self.zero_q4, 4)
 
+    def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:
+        """A zero and a tare of before; firm: no initial zero."""
+        if abs(zero_mg) <= self.config["max_mg"] // 10 + self.config["max_mg"] // 50:
+            self.initial_mg, self.zero_q4 = zero_mg, 16 * zero_mg
+        self.flags = Flag.ZEROED if firm else Flag(0)
+        if 0 < tare_mg <= self.config["max_mg"]:
+            self.tare_mg = tare_mg
+            self.flags |= Flag.TARED
+
     def interrupt(self) -> None:
         """Samples were lost."""
         self._unsettle(self.last_us)
@@ -163,7 +172,7 @@ class Scale:
         self.steady = True
         if self.settled_mg is None:
             near = abs(self.mass_mg) <= self.config["max_mg"] // 10
-            if self.config["options"] & INITIAL_ZERO and near:
+            if self.config["options"] & INITIAL_ZERO and near and not self.flags & Flag.ZEROED:
                 self.initial_mg = self.mass_mg
                 self._set_zero()
         elif abs(self.mass_mg - self.settled_mg) > self.config["step_mg"]:
