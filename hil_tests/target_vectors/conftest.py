@@ -23,3 +23,8 @@ def runner_elf():
 @pytest.fixture(scope="session")
 def runner_scale_elf():
     return built("runner_scale.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_temperature_elf():
+    return built("runner_temperature.elf")

@@ -99,4 +99,5 @@ def test_no_vector_is_left_out():
     # weight_kf_adaptive_: test_golden_adaptive_on_target.py
     replayed += ("imu_cal_", "rest_", "mahony_")  # test_golden_imu_..., ..._mahony_on_target.py
     replayed += ("scale_", "checkweigher_")  # test_golden_scale_on_target.py
+    replayed += ("temperature_",)  # test_golden_temperature_on_target.py
     assert [path.name for path in FOLDER.glob("*.csv") if not path.name.startswith(replayed)] == []

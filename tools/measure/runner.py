@@ -13,11 +13,12 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
-from tools.measure import runner_adaptive, runner_imu, runner_mahony, runner_scale
+from tools.measure import runner_adaptive, runner_imu, runner_mahony, runner_scale, runner_temperature
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
 RUNNER_SCALE = RUNNER.with_name("runner_scale.elf")  # one chip does not hold all modules
+RUNNER_TEMPERATURE = RUNNER.with_name("runner_temperature.elf")
 SEED = 7
 RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
 
@@ -85,6 +86,9 @@ def _cases() -> dict[str, Case]:
         "scale": Case("scale_update", runner_scale.drive_scale, elf=RUNNER_SCALE),
         "checkweigher": Case(
             "checkweigher_update", runner_scale.drive_checkweigher, elf=RUNNER_SCALE
+        ),
+        "temperature": Case(
+            "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
         ),
         **cases,
     }
