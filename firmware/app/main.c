@@ -28,7 +28,7 @@ static void weigh(void)
     hx711_status_t     status = hx711_poll(&conversion);
 
     if (status == HX711_NOTHING) { return; }
-    if (status == HX711_BAD_FRAME || status == HX711_TIMED_OUT) {
+    if (status > HX711_DROPPED) { /* there was no conversion */
         weighing_lose_beat();
     } else if (!weighing_time(conversion.device_us)) {
         hx711_distrust();

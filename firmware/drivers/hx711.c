@@ -15,10 +15,13 @@ enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400
  * said. Longer does no harm. */
 #define POWER_DOWN_US 80.0
 
-/* The slowest conversion: 1105920 clocks of a chip somewhat slower than nominal, 100 ms, twice and
- * a half. After a restart the first one may come only after the settling time, 400 ms. */
-#define TIMEOUT_US       250000UL
+/* While no interval is known: 2.4 times 100 ms, the slowest conversion, for a clock that is slow by
+ * a tenth. After a restart the first one may come only after the settling time, 400 ms. */
+#define TIMEOUT_US       240000UL
 #define TIMEOUT_FIRST_US 600000UL
+
+/* DOUT is low for no longer than a conversion waits to be read, and high after a restart. */
+#define TIMEOUT_LOW_US 120000UL
 
 /* The fastest conversion: 138240 clocks at 20 MHz, HX711 datasheet p. 2. */
 #define PERIOD_MIN_US 6912UL
@@ -30,9 +33,11 @@ static hx711_gain_t     extra_pulses;
 static hx711_state_t    state;
 static hx711_counters_t counters;
 static uint8_t          settling_left; /* conversions still to drop */
+static bool             has_edge;      /* read_edge_us is of this run */
+static uint32_t         read_edge_us;  /* when DOUT fell for the conversion read last */
 static uint32_t         waiting_since_us;
 static uint32_t         timeout_us;
-static uint32_t         fresh_us; /* a read that ends later than this is late */
+static uint32_t         period_us; /* as told, >= PERIOD_MIN_US */
 
 ISR(HX711_vect)
 {
@@ -54,23 +59,33 @@ static void settle(void)
     if (extra_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
 }
 
+static bool is_dout_low(void)
+{
+    return (HX711_PIN & _BV(HX711_DOUT)) == 0U;
+}
+
 /* Power the chip down and up, as the only way to know where it stands. The edge is armed but the
  * level is not looked at: a DOUT stuck low must run into the time-out, not be read again and
- * again. */
-static void restart(hx711_state_t why)
+ * again. Gives HX711_STUCK_LOW where DOUT is low all along, for a chip at work lets it go high,
+ * else what was asked. */
+static hx711_status_t restart(hx711_state_t why, hx711_status_t status)
 {
     EIMSK &= (uint8_t)~_BV(INT0);
     edge_seen = false;
     HX711_PORT |= _BV(HX711_PD_SCK);
     _delay_us(POWER_DOWN_US);
+    bool is_low = is_dout_low();
     HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK);
     EIFR = _BV(INTF0);
     EIMSK |= _BV(INT0);
 
     state            = why;
+    has_edge         = false;
     waiting_since_us = ticks_device_us();
     timeout_us       = TIMEOUT_FIRST_US;
     settle();
+    is_low = is_low && is_dout_low();
+    return is_low ? HX711_STUCK_LOW : status;
 }
 
 /* After a frame, INT0 still masked: forget the edges that its bits made, then look at the level.
@@ -96,21 +111,35 @@ void hx711_init(hx711_gain_t gain)
     HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK);
     HX711_DDR |= _BV(HX711_PD_SCK);
     EICRA = _BV(ISC01); /* falling edge */
-    restart(HX711_STATE_SETTLING);
+    restart(HX711_STATE_SETTLING, HX711_NOTHING);
+}
+
+/* A period and a quarter of patience beyond what the converter has shown to need. */
+static void expect(uint32_t edge)
+{
+    uint32_t wait_us = TIMEOUT_US;
+
+    if (has_edge) {
+        wait_us = edge - read_edge_us;
+        if (wait_us < period_us) { wait_us = period_us; }
+        wait_us = wait_us * 2U + (wait_us >> 2);
+        if (wait_us > TIMEOUT_US) { wait_us = TIMEOUT_US; }
+    }
+    has_edge     = true;
+    read_edge_us = edge;
+    timeout_us   = wait_us;
 }
 
 static hx711_status_t judge(bool intact, uint32_t age_us)
 {
     if (!intact) {
         count(&counters.bad_frames);
-        restart(HX711_STATE_BAD_FRAME);
-        return HX711_BAD_FRAME;
+        return restart(HX711_STATE_BAD_FRAME, HX711_BAD_FRAME);
     }
     if (counters.conversions != UINT32_MAX) { counters.conversions++; }
-    timeout_us = TIMEOUT_US;
     rearm();
 
-    if (age_us > fresh_us) { settle(); }
+    if (age_us > period_us - (period_us >> 6)) { settle(); }
     if (settling_left != 0U) {
         settling_left--;
         state = HX711_STATE_SETTLING;
@@ -121,17 +150,26 @@ static hx711_status_t judge(bool intact, uint32_t age_us)
     return HX711_CONVERSION;
 }
 
+/* Nothing to read: for how long already? The level is looked at before the flag, so that an edge
+ * in between is no level that lasts. */
+static hx711_status_t wait(bool is_low, uint32_t now_us)
+{
+    const uint32_t most_us = is_low && timeout_us > TIMEOUT_LOW_US ? TIMEOUT_LOW_US : timeout_us;
+
+    if (now_us - waiting_since_us < most_us) { return HX711_NOTHING; }
+    count(&counters.timeouts);
+    hx711_set_period_us(0);
+    return restart(HX711_STATE_TIMED_OUT, is_low ? HX711_STUCK_LOW : HX711_TIMED_OUT);
+}
+
 hx711_status_t hx711_poll(hx711_conversion_t *conversion)
 {
-    if (!edge_seen) {
-        if (ticks_device_us() - waiting_since_us < timeout_us) { return HX711_NOTHING; }
-        count(&counters.timeouts);
-        restart(HX711_STATE_TIMED_OUT);
-        return HX711_TIMED_OUT;
-    }
+    const bool is_low = is_dout_low();
+
+    if (!edge_seen) { return wait(is_low, ticks_device_us()); }
 
     conversion->device_us = edge_us;
-    if ((HX711_PIN & _BV(HX711_DOUT)) != 0U) { /* a spike on the line: the chip is at work */
+    if (!is_dout_low()) { /* a spike on the line: the chip is at work */
         count(&counters.bad_frames);
         rearm();
         return HX711_NOTHING;
@@ -139,14 +177,22 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
     const bool     intact = hx711_read(&conversion->counts, extra_pulses);
     const uint32_t now_us = ticks_device_us();
 
+    expect(conversion->device_us);
     waiting_since_us = now_us;
     return judge(intact, now_us - conversion->device_us);
 }
 
-void hx711_set_period_us(uint32_t period_us)
+void hx711_set_gain(hx711_gain_t gain)
 {
-    if (period_us < PERIOD_MIN_US) { period_us = PERIOD_MIN_US; }
-    fresh_us = period_us - (period_us >> 6);
+    if (gain == extra_pulses) { return; }
+    extra_pulses  = gain;
+    settling_left = SETTLING_CONVERSIONS + 1; /* the next one is still of the old gain */
+    if (state == HX711_STATE_RUNNING) { state = HX711_STATE_SETTLING; }
+}
+
+void hx711_set_period_us(uint32_t told_us)
+{
+    period_us = told_us < PERIOD_MIN_US ? PERIOD_MIN_US : told_us;
 }
 
 void hx711_distrust(void)

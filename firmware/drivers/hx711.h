@@ -6,8 +6,13 @@
  *           Interrupts are off only while PD_SCK is high, because a pulse beyond 50 us may power
  *           the chip down.
  * Formats   counts: 24 bits two's complement in int32    device_us: when DOUT fell, noted by INT0
- * Settling  4 conversions after power-up, a restart or a change of gain are read and dropped
+ * Settling  4 conversions after power-up, a restart or a change of gain are read and dropped, and
+ *           before a change of gain the one that the chip has still made with the old gain
+ * Time-out  2 1/4 times the last interval, or the period if that is longer; 240 ms while there is
+ *           neither; 600 ms after a restart. It is looked at in hx711_poll.
  * Bad data  DOUT low where it must rest high: bad frame, the chip is restarted
+ *           DOUT low for longer than any conversion takes, or through a restart: stuck low; the
+ *           chip is restarted every 120 ms
  *           a falling edge without a conversion behind it: counted as a bad frame, nothing read
  *           no conversion within the time-out: the chip is restarted, again and again
  *           read too late, into the next conversion: settles anew, for that one, the next (stray
@@ -33,7 +38,8 @@ typedef enum {
     HX711_CONVERSION, /* the out-parameter is filled */
     HX711_DROPPED,    /* settling: its time is good, its counts are not */
     HX711_BAD_FRAME,  /* refused; after a restart the converter settles */
-    HX711_TIMED_OUT   /* nothing came; the converter was restarted */
+    HX711_TIMED_OUT,  /* nothing came, DOUT is high; the converter was restarted */
+    HX711_STUCK_LOW   /* DOUT stays low; the converter was restarted */
 } hx711_status_t;
 
 /* As the latest event left it. */
@@ -63,9 +69,13 @@ void hx711_init(hx711_gain_t gain);
 /* Read the conversion that is ready, if one is. */
 hx711_status_t hx711_poll(hx711_conversion_t *conversion);
 
+/* Another gain or channel: what comes next is of the new one. The chip takes 4 conversions to
+ * settle; with the one under way, 5 are dropped. */
+void hx711_set_gain(hx711_gain_t gain);
+
 /* Tell the period between conversions once it is known: a read that ends later than this after
  * DOUT fell has run into the next conversion. While it is 0, not known, the shortest possible one
- * holds. */
+ * holds; so it does after a time-out, for the converter may have another rate since. */
 void hx711_set_period_us(uint32_t period_us);
 
 /* The conversion just given came at a time that no conversion was due: the chip has started anew
