@@ -24,9 +24,7 @@ def test_temperature_reproduces_vector_bit_for_bit_on_avr(avr, vector):
     config = {field: vector.parameter(field) for field in avr_temperature.FIELDS}
     assert avr_temperature.temperature_init(avr, config)
     rows = zip(none_where_none(vector["measured_centi"]), vector["raw_counts"], strict=True)
-    wanted = zip(
-        none_where_none(vector["smoothed_centi"]), vector["corrected_counts"], strict=True
-    )
+    wanted = zip(none_where_none(vector["smoothed_centi"]), vector["corrected_counts"], strict=True)
     assert avr_temperature.temperature(avr, rows) == list(wanted)
     counts = (vector.parameter("refused"), vector.parameter("clipped"))
     assert avr_temperature.temperature_counts(avr) == counts

@@ -13,7 +13,13 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
-from tools.measure import runner_adaptive, runner_imu, runner_mahony, runner_scale, runner_temperature
+from tools.measure import (
+    runner_adaptive,
+    runner_imu,
+    runner_mahony,
+    runner_scale,
+    runner_temperature,
+)
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"

@@ -15,7 +15,8 @@ WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion"
 # Ours, avr-gcc's 16 x 16 and 16 x 32 products, its jump for a switch, and the start-up code that
 # fills RAM.
 LAWFUL = re.compile(
-    r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|temperature|checkweigher)_\w+"
+    r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|temperature)_\w+"
+    r"|checkweigher_\w+"
     r"|__umulhisi3|__muluhisi3|__tablejump2__|__do_copy_data|__do_clear_bss"
 )
 
