@@ -5,8 +5,8 @@
  *           of the fault says, FAULT of messages.toml counted from one, and a pause; of several
  *           faults the one with the least number, which is the worst. A fault shows at once, and
  *           for one whole turn at least, however short it was.
- * Formats   faults: bits    device_us: us, wrapping
- * Context   main loop, at least every 33 ms
+ * Formats   faults: bits    device_us: us, wrapping; of it 65 ms are seen
+ * Context   main loop, at least every 65 ms
  */
 #ifndef LAMP_H
 #define LAMP_H
