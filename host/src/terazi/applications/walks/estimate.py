@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""From a walk to its path: a detector, a navigator, and what is switched on besides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from terazi.applications.walks import detectors as of
+from terazi.applications.walks.checks import check_standing, stride_note
+from terazi.applications.walks.detectors import Detection
+from terazi.applications.walks.navigator import KalmanSettings, Path, kalman
+from terazi.applications.walks.record import Walk
+from terazi.applications.walks.steps import Strides, find_strides
+
+DETECTORS = {
+    "moving_variance": (of.moving_variance_detector, of.MOVING_VARIANCE, of.MOVING_VARIANCE),
+    "magnitude": (of.magnitude_detector, of.MAGNITUDE, of.MAGNITUDE),
+    "rate_energy": (of.rate_energy_detector, of.RATE_ENERGY, of.RATE_ENERGY),
+    "shoe": (of.shoe_detector, of.SHOE, of.SHOE),
+    "adaptive_shoe": (of.adaptive_shoe_detector, of.ADAPTIVE_BATCH, of.ADAPTIVE_CAUSAL),
+    "low_pass": (of.low_pass_detector, of.LOW_PASS, of.LOW_PASS),
+}
+"""Each with its settings for a recorded walk and for a causal run."""
+NAVIGATORS = ("kalman",)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is run; one setting for all walks."""
+
+    detector: str = "adaptive_shoe"
+    navigator: str = "kalman"
+    causal: bool = False
+    threshold: float | None = None  # another than the detector's own
+    kalman: KalmanSettings = field(default_factory=KalmanSettings)
+
+
+@dataclass(frozen=True)
+class Result:
+    """A walk, where it stood, its path and strides."""
+
+    walk: Walk
+    detection: Detection
+    path: Path
+    strides: Strides
+
+
+def detect(walk: Walk, options: Options) -> Detection:
+    """When the foot stands still."""
+    if options.detector not in DETECTORS:
+        raise ValueError(f"no detector {options.detector!r}; there are {', '.join(DETECTORS)}")
+    run, batch, causal = DETECTORS[options.detector]
+    settings = causal if options.causal else batch
+    if options.threshold is not None:
+        name = "low_rad_s" if options.detector == "adaptive_shoe" else "threshold"
+        settings = replace(settings, **{name: options.threshold})
+    return run(walk, settings, causal=options.causal)
+
+
+def estimate(
+    walk: Walk, options: Options | None = None, *, progress: Callable[[float], None] | None = None
+) -> Result:
+    """The path. Raises CannotRead where the sensor never stands still."""
+    options = options or Options()
+    if options.navigator not in NAVIGATORS:
+        raise ValueError(f"no navigator {options.navigator!r}; there are {', '.join(NAVIGATORS)}")
+    detection = detect(walk, options)
+    walk = check_standing(walk, detection.still)
+    path = kalman(walk, detection, options.kalman, causal=options.causal, progress=progress)
+    strides = find_strides(path, walk.rate_hz)
+    notes = stride_note(strides_s(walk, strides))
+    return Result(replace(walk, notes=(*walk.notes, *notes)), detection, path, strides)
+
+
+def strides_s(walk: Walk, strides: Strides):
+    """How long each stride lasts, rests included."""
+    return walk.t_s[strides.at[1:]] - walk.t_s[strides.at[:-1]]

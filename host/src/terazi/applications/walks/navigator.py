@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""Navigator (b): strapdown integration and an error-state Kalman filter (cshared.Ins).
+
+Where the foot stands, its velocity is zero: a pseudo-measurement whose sigma grows with the
+detector's doubt. Where it stands for long, its angular rate is zero as well, which is how the
+gyroscope's bias becomes known. And a floor is level: a foot that comes to stand within
+`level_gate_m` of the height where it stood before is taken to stand on the same floor; one that
+stands higher or lower than that has climbed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from terazi.applications.walks.detectors import Detection
+from terazi.applications.walks.record import Walk
+from terazi.applications.walks.windows import moving_variance, odd_length
+from terazi.cshared import Ins
+
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True)
+class KalmanSettings:
+    """Sigmas are of one sample at 200 Hz where they are of a measurement; of the state after a
+    second where they are noises."""
+
+    vel_sigma_m_s: float = 0.06
+    vel_doubt: float = 3.0  # variance x (1 + vel_doubt x doubt)
+    rate_sigma_rad_s: float = 0.02  # in a standstill
+    stance_rate_sigma_rad_s: float = 0.0  # in every stance; 0: not used
+    standstill_s: float = 0.45  # of quiet that make a stance a standstill
+    standstill_rad_s: float = 0.02  # the rate's spread in it
+    level_sigma_m: float = 0.006
+    level_gate_m: float = 0.08  # 0: floors are not level
+    level_after_s: float = 0.05  # of a stance
+    gate_sigmas: float = 0.0  # innovations beyond count less; 0: never
+    attitude_noise_rad: float = 0.007
+    velocity_noise_m_s: float = 0.015
+    gyro_bias_noise_rad_s: float = 9e-6
+    acc_bias_noise_m_s2: float = 0.0024
+    attitude_sigma_rad: float = 0.02
+    gyro_bias_sigma_rad_s: float = 0.0033
+    acc_bias_sigma_m_s2: float = 0.22
+    gyro_scale_sigma: float = 0.0  # any of these three: 24 states
+    acc_scale_sigma: float = 0.0
+    gravity_sigma_m_s2: float = 0.0
+    align_s: float = 0.2  # over which the first acceleration is averaged
+    smooth_s: float = 0.5  # of the future, at least; 0: a filter
+
+
+@dataclass(frozen=True)
+class Path:
+    """What a navigator makes of a walk; world axes, z up, heading from 0."""
+
+    pos_w_m: np.ndarray  # (n, 3)
+    vel_w_m_s: np.ndarray  # (n, 3)
+    quat_wb: np.ndarray  # (n, 4)
+    still: np.ndarray  # (n,) bool
+    settled: int  # samples that no longer record would change
+
+
+def standstill(walk: Walk, still: np.ndarray, settings: KalmanSettings, *, causal: bool):
+    """(n,) bool: in a stance, and quiet for standstill_s."""
+    length = odd_length(settings.standstill_s, walk.rate_hz)
+    spread = moving_variance(walk.gyro_b_rad_s, length, causal=causal)
+    return still & (spread < settings.standstill_rad_s**2)
+
+
+def stance_ages(still: np.ndarray) -> np.ndarray:
+    """(n,) samples since a stance began, 1 at its first; 0 in between."""
+    count = np.cumsum(still)
+    before = np.maximum.accumulate(np.where(still, 0, count))
+    return np.where(still, count - before, 0)
+
+
+def upright(acc_b: np.ndarray) -> np.ndarray:
+    """The attitude, heading 0, in which this force points up."""
+    x, y, up = acc_b / np.linalg.norm(acc_b)
+    if up >= 0:
+        larger = np.sqrt((1 + up) / 2)
+        return np.array([larger, y / (2 * larger), -x / (2 * larger), 0.0])
+    larger = np.sqrt((1 - up) / 2)
+    return np.array([y / (2 * larger), larger, 0.0, x / (2 * larger)])
+
+
+def kalman(
+    walk: Walk,
+    detection: Detection,
+    settings: KalmanSettings,
+    *,
+    causal: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Run it; causal: without smoothing."""
+    still = detection.still
+    # The pseudo-measurements' errors last longer than a sample: at other rates there are more or
+    # fewer of them for the same knowledge.
+    per_sample = np.sqrt(walk.rate_hz / 200.0)
+    vel_sigma = settings.vel_sigma_m_s * per_sample
+    vel = np.where(still, vel_sigma * np.sqrt(1 + settings.vel_doubt * detection.doubt), 0.0)
+    quiet = standstill(walk, still, settings, causal=causal)
+    rate = np.where(still, settings.stance_rate_sigma_rad_s * per_sample, 0.0)
+    rate = np.where(quiet, settings.rate_sigma_rad_s * per_sample, rate)
+    level = np.zeros(len(walk))
+    if settings.level_gate_m > 0:
+        after = max(1, round(settings.level_after_s * walk.rate_hz))
+        level[stance_ages(still) == after] = settings.level_sigma_m
+    ins = Ins(
+        upright(walk.acc_b_m_s2[: max(1, round(settings.align_s * walk.rate_hz))].mean(axis=0)),
+        sigmas={
+            "velocity": 1e-3,
+            "attitude": (settings.attitude_sigma_rad, settings.attitude_sigma_rad, 0.0),
+            "gyro_bias": settings.gyro_bias_sigma_rad_s,
+            "acc_bias": settings.acc_bias_sigma_m_s2,
+            "gyro_scale": settings.gyro_scale_sigma,
+            "acc_scale": settings.acc_scale_sigma,
+            "gravity": (0.0, 0.0, settings.gravity_sigma_m_s2),
+        },
+        noises={
+            "velocity": settings.velocity_noise_m_s,
+            "attitude": settings.attitude_noise_rad,
+            "gyro_bias": settings.gyro_bias_noise_rad_s,
+            "acc_bias": settings.acc_bias_noise_m_s2,
+        },
+        gravity_m_s2=GRAVITY_M_S2,
+        gate_sigmas=settings.gate_sigmas,
+        level_gate_m=settings.level_gate_m,
+    )
+    smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
+    rows, _biases = ins.run(
+        *(walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s, vel, rate, level),
+        smooth_len=smooth_len,
+        progress=progress,
+    )
+    return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, len(walk))

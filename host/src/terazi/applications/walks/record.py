@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""What a walk is: an inertial sensor on a foot, in SI units, and what is known of the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Where the foot really was, in axes of its own: z up, right-handed, heading free.
+
+    at : (k,) samples at which it is known.  pos_t_m : (k, 2) or (k, 3).
+    from_start : the origin is the first point, which alone is matched; else the mean of all is.
+    """
+
+    at: np.ndarray
+    pos_t_m: np.ndarray
+    from_start: bool = False
+
+    @property
+    def returns(self) -> bool:
+        """It ends where it began, within half a metre."""
+        return bool(np.linalg.norm(self.pos_t_m[-1] - self.pos_t_m[0]) < RETURNS_M)
+
+
+RETURNS_M = 0.5
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One record. Specific force at rest points up: body axes are free."""
+
+    name: str
+    t_s: np.ndarray  # (n,) strictly growing
+    acc_b_m_s2: np.ndarray  # (n, 3)
+    gyro_b_rad_s: np.ndarray  # (n, 3)
+    truth: Truth | None = None
+    zero_velocity: np.ndarray | None = None  # (n,) bool: known labels
+    mag_b: np.ndarray | None = None  # (n, 3), any unit
+    notes: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    @property
+    def rate_hz(self) -> float:
+        """Of the whole record."""
+        return (len(self) - 1) / float(self.t_s[-1] - self.t_s[0])
+
+    @property
+    def dt_s(self) -> np.ndarray:
+        """(n,) s since the sample before; the first lasts as long as the usual one."""
+        steps = np.diff(self.t_s)
+        return np.concatenate([[np.median(steps)], steps])
+
+    @property
+    def may_return(self) -> bool:
+        """Its closure says something: the truth returns, or nobody knows better."""
+        return self.truth is None or self.truth.returns
+
+    def cut(self, count: int) -> Walk:
+        """The first `count` samples."""
+        truth = self.truth
+        if truth is not None:
+            kept = truth.at < count
+            truth = Truth(truth.at[kept], truth.pos_t_m[kept], truth.from_start)
+            truth = truth if kept.sum() > 1 else None
+        arrays = {
+            name: None if value is None else value[:count]
+            for name, value in (
+                *(("t_s", self.t_s), ("acc_b_m_s2", self.acc_b_m_s2)),
+                *(("gyro_b_rad_s", self.gyro_b_rad_s), ("mag_b", self.mag_b)),
+                ("zero_velocity", self.zero_velocity),
+            )
+        }
+        return replace(self, truth=truth, **arrays)

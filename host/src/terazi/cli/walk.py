@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: MIT
+"""`terazi walk`."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+from typer.core import TyperGroup
+
+from terazi.cli.common import JsonOption, errors, out
+
+
+class FileOrVerb(TyperGroup):
+    """`terazi walk FILE` means `terazi walk show FILE`."""
+
+    def parse_args(self, ctx, args):
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["show", *args]
+        return super().parse_args(ctx, args)
+
+
+walk = typer.Typer(
+    cls=FileOrVerb,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="The path of a foot that bears a sensor: terazi walk FILE, terazi walk score DIR",
+)
+
+
+class Detector(StrEnum):
+    """How it is known that the foot stands."""
+
+    adaptive_shoe = "adaptive_shoe"
+    shoe = "shoe"
+    rate_energy = "rate_energy"
+    moving_variance = "moving_variance"
+    magnitude = "magnitude"
+    low_pass = "low_pass"
+
+
+class Navigator(StrEnum):
+    """What makes a path of it."""
+
+    kalman = "kalman"
+
+
+DetectorOption = Annotated[Detector, typer.Option(help="How it is known that the foot stands.")]
+NavigatorOption = Annotated[Navigator, typer.Option(help="What integrates the path.")]
+CausalOption = Annotated[
+    bool, typer.Option("--causal", help="Use nothing of the future, as a device would.")
+]
+ThresholdOption = Annotated[
+    float | None,
+    typer.Option(
+        help="Motion below which the foot stands, in the detector's unit: g for low_pass, m/s² for "
+        "moving_variance and magnitude, rad/s for the others (adaptive_shoe: the lowest one).",
+        min=0,
+        show_default=False,
+    ),
+]
+LayoutOption = Annotated[
+    Path | None,
+    typer.Option(help="TOML that names a CSV's columns and units.", show_default=False),
+]
+RateOption = Annotated[
+    float | None,
+    typer.Option(help="Samples a second, of a CSV without times.", min=1, show_default=False),
+]
+
+
+@walk.callback()
+def _group() -> None:
+    """Two verbs: show, which may be left out, and score."""
+
+
+@walk.command()
+def show(
+    file: Annotated[
+        Path, typer.Argument(help="A walk: .npz, or .csv with known columns.", show_default=False)
+    ],
+    detector: DetectorOption = Detector.adaptive_shoe,
+    navigator: NavigatorOption = Navigator.kalman,
+    causal: CausalOption = False,
+    threshold: ThresholdOption = None,
+    layout: LayoutOption = None,
+    rate: RateOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="An HTML page of plots to write.", show_default=False),
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="A CSV of the path to write.", show_default=False)
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compute the path of one walk: distance, strides, climb, closure; with -o, its plots.
+
+    [dim]Examples:[/]  terazi walk short_walk.csv -o walk.html
+    terazi walk mine.csv --layout mine.toml --json
+    """
+    from terazi.applications import walks
+    from terazi.applications.walks import files
+
+    record = walks.load_walk(file, layout=layout, rate_hz=rate)
+    options = _options(detector, navigator, causal, threshold)
+    with _progress() as bar:
+        task = bar.add_task(record.name, total=1.0)
+        result = walks.estimate(
+            record, options, progress=lambda share: bar.update(task, completed=share)
+        )
+    summary = walks.summarise(result)
+    if csv:
+        files.write_path(csv, result)
+    if output:
+        from terazi.applications.walks import page
+
+        page.write_page(output, result)
+    if as_json:
+        print(json.dumps(summary.plain()))
+        return
+    _tell(summary)
+    for note in result.walk.notes:
+        errors.print(f"note: {note}", style="yellow", markup=False)
+    for written in (output, csv):
+        if written:
+            out.print(f"written {written}", soft_wrap=True)
+
+
+@walk.command()
+def score(
+    folder: Annotated[
+        Path,
+        typer.Argument(help="Folder of walks whose path is known, or one.", show_default=False),
+    ],
+    detector: DetectorOption = Detector.adaptive_shoe,
+    navigator: NavigatorOption = Navigator.kalman,
+    causal: CausalOption = False,
+    threshold: ThresholdOption = None,
+    layout: LayoutOption = None,
+    rate: RateOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell how far the paths of a folder are from the truth; one setting for all.
+
+    Root mean squares of the Euclidean distance. Heading is free: each path is turned about the
+    vertical as fits best, about its mean (optical truth) or its start (footprints). Closure is the
+    distance from the first to the last position, where the foot returned or nothing is known.
+
+    [dim]Examples:[/]  terazi walk score vicon/
+    terazi walk score footprints/ --causal --json
+    """
+    from terazi.applications import walks
+
+    paths = walks.find_walks(folder)
+    options = _options(detector, navigator, causal, threshold)
+    records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
+    with _progress() as bar:
+        task = bar.add_task("walks", total=len(records))
+
+        def positions(record):
+            bar.update(task, description=record.name)
+            found = walks.estimate(record, options).path.pos_w_m
+            bar.advance(task)
+            return found
+
+        result = walks.score(records, positions)
+    if as_json:
+        print(json.dumps(result.plain()))
+    else:
+        _show(result, options)
+
+
+def _options(detector: Detector, navigator: Navigator, causal: bool, threshold: float | None):
+    from terazi.applications import walks
+
+    return walks.Options(
+        detector=detector.value, navigator=navigator.value, causal=causal, threshold=threshold
+    )
+
+
+def _progress() -> Progress:
+    return Progress(TextColumn("{task.description}"), BarColumn(), console=errors, transient=True)
+
+
+def _tell(summary) -> None:
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in summary.rows():
+        table.add_row(name, value)
+    out.print(table)
+
+
+def _show(result, options) -> None:
+    title = f"{options.detector}, {options.navigator}{', causal' if options.causal else ''}"
+    table = Table("walk", title=title)
+    for heading in ("2-D rms", "3-D rms", "closure"):
+        table.add_column(heading, justify="right")
+    for name, one in result.trials.items():
+        table.add_row(name, *_metres(one))
+    table.add_section()
+    table.add_row("mean", *_metres(result.mean))
+    out.print(table)
+
+
+def _metres(one) -> list[str]:
+    values = (one.rmse_2d_m, one.rmse_3d_m, one.closure_m)
+    return ["-" if value is None else f"{value:.3f} m" for value in values]
