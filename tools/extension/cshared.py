@@ -36,7 +36,7 @@ GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_c
 GENERATED_HEADERS += ("mahony_configs.h", "scale_units.h", "weight_kf_adaptive_variants.h")
 # Loops over arrays.
 BLOCKS = ("blocks", "adaptive_blocks", "imu_blocks", "mahony_blocks", "scale_blocks")
-BLOCKS += ("temperature_blocks",)
+BLOCKS += ("temperature_blocks", "ins_blocks")
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]

@@ -27,6 +27,7 @@ VERBS = [
     "design",
     "weigh",
     "attitude",
+    "walk",
 ]
 
 EPILOG = (

@@ -23,6 +23,7 @@ from terazi.cshared.filters import (
 )
 from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
 from terazi.cshared.imu import REST_RATES, ImuCal, Rest
+from terazi.cshared.ins import Ins
 from terazi.cshared.mahony import MAHONY_CONFIGS, Mahony, mahony_block
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
 from terazi.cshared.scales import (
@@ -49,6 +50,7 @@ __all__ = [
     "Frame",
     "FrameDecoder",
     "ImuCal",
+    "Ins",
     "Mahony",
     "Rest",
     "Scale",
