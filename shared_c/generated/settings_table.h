@@ -7,6 +7,7 @@
 
 #include "checkweigher.h"
 #include "scale.h"
+#include "settings.h"
 #include "temperature.h"
 
 #include <stdint.h>
@@ -14,7 +15,8 @@
 enum {
     SETTINGS_VERSION       = 1,
     SETTINGS_KEYS          = 57,
-    SETTINGS_PAYLOAD_LEN   = 175, /* bytes of a record */
+    SETTINGS_PAYLOAD_LEN   = 175, /* bytes of all values */
+    SETTINGS_RECORD_LEN    = 182,
     SETTINGS_LIMIT_BYTES   = 110,
     SETTINGS_LIMITS_16     = 22, /* where those of 16 bits begin */
     SETTINGS_LIMITS_32     = 38,
@@ -90,7 +92,7 @@ enum {
 };
 
 /* What outlives a reset: the configurations themselves, in their only copy. */
-typedef struct {
+struct settings {
     scale_config_t scale;
     checkweigher_config_t checkweigher;
     temperature_config_t temperature;
@@ -103,7 +105,7 @@ typedef struct {
     uint8_t stream_mask;
     uint8_t text_mode;
     uint8_t checkweigher_on;
-} settings_t;
+};
 
 /* By key: place in settings_t; half the place of its limits, SETTINGS_PROTECTED. ROM */
 extern const uint8_t settings_table[SETTINGS_KEYS][2];

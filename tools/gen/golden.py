@@ -24,13 +24,14 @@ from terazi.models import (
     exact_scale,
     exact_temperature,
     exact_weight_kf_adaptive,
+    settings,
 )
 from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
 TWINS = (exact, exact_checkweigher, exact_imu, exact_scale, exact_temperature)
-TWINS += (exact_weight_kf_adaptive, specs)
+TWINS += (exact_weight_kf_adaptive, settings, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -320,6 +321,7 @@ def drafts() -> list[Draft]:
         golden_imu,
         golden_mahony,
         golden_scale,
+        golden_settings,
         golden_temperature,
     )
 
@@ -334,6 +336,7 @@ def drafts() -> list[Draft]:
         *golden_mahony.drafts(),
         *golden_scale.drafts(),
         *golden_checkweigher.drafts(),
+        *golden_settings.drafts(),
         *golden_temperature.drafts(),
     ]
 

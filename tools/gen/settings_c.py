@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from tools.gen.settings_spec import TYPES, Setting, Settings
+from tools.gen.settings_spec import CRC_BYTES, HEAD_BYTES, TYPES, Setting, Settings
 from tools.gen.spec import Spec, c_comment_head
 
 STRUCTS = ("scale", "checkweigher", "temperature")
@@ -45,6 +45,7 @@ def _members(settings: Settings) -> list[str]:
 def header(spec: Spec, settings: Settings) -> str:
     """Text of settings_table.h."""
     table, _, begins = _limits(settings)
+    payload_len = len(settings.payload)
     own_names = {entry["name"] for entry in spec.content["values"]} - {"bool", "scale_option"}
     lines = [
         "/* settings_table - settings_t, keys and tables of shared_c/spec/settings.toml. */",
@@ -53,6 +54,7 @@ def header(spec: Spec, settings: Settings) -> str:
         "",
         '#include "checkweigher.h"',
         '#include "scale.h"',
+        '#include "settings.h"',
         '#include "temperature.h"',
         "",
         "#include <stdint.h>",
@@ -60,7 +62,8 @@ def header(spec: Spec, settings: Settings) -> str:
         "enum {",
         f"    SETTINGS_VERSION       = {settings.version},",
         f"    SETTINGS_KEYS          = {len(settings.settings)},",
-        f"    SETTINGS_PAYLOAD_LEN   = {len(settings.payload)}, /* bytes of a record */",
+        f"    SETTINGS_PAYLOAD_LEN   = {payload_len}, /* bytes of all values */",
+        f"    SETTINGS_RECORD_LEN    = {HEAD_BYTES + payload_len + CRC_BYTES},",
         f"    SETTINGS_LIMIT_BYTES   = {len(table)},",
         f"    SETTINGS_LIMITS_16     = {begins[1]}, /* where those of 16 bits begin */",
         f"    SETTINGS_LIMITS_32     = {begins[2]},",
@@ -85,10 +88,10 @@ def header(spec: Spec, settings: Settings) -> str:
             lines += ["};", ""]
     lines += [
         "/* What outlives a reset: the configurations themselves, in their only copy. */",
-        "typedef struct {",
+        "struct settings {",
         *(f"    {name}_config_t {name};" for name in STRUCTS),
         *_members(settings),
-        "} settings_t;",
+        "};",
         "",
         "/* By key: place in settings_t; half the place of its limits, SETTINGS_PROTECTED. ROM */",
         "extern const uint8_t settings_table[SETTINGS_KEYS][2];",

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* store - settings from EEPROM at the start, and back in the background.
+ *
+ * Model     settings.h tells what stands where, and which cell is written next; here are the cells
+ * Bad data  a cell that will not take its value: another slot; without one, failed, and the newest
+ *           record stays as it is
+ * Context   main loop.  Cost: firmware/budget.toml
+ */
+#ifndef STORE_H
+#define STORE_H
+
+#include "settings.h"
+
+#include <stdint.h>
+
+/* The newest record into `settings`, the factory's where there is none. SETTINGS_WHOLE: it was
+ * found. SETTINGS_NO_RECORD: none was ever saved. SETTINGS_FOREIGN: the newest is of another
+ * firmware, and the factory's values hold. SETTINGS_ROTTEN: a bit has changed in a record that may
+ * have been the newest; another holds, or the factory's values. */
+settings_reading_t store_load(settings_t *settings);
+
+/* Save, from now on or anew. */
+void store_save(void);
+
+/* Go on with a save, until a cell is being written; `settings` are those to be saved. Takes up to
+ * 1 ms, once or twice in a save; what it writes wakes the main loop at its end. */
+void store_tick(const settings_t *settings);
+
+uint8_t  store_state(void);    /* MESSAGES_SETTINGS_STATE_... */
+uint16_t store_sequence(void); /* of the newest record; 0: there is none */
+
+#endif

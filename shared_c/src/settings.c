@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT */
+#include "settings.h"
+
+#include "port_crc.h"
+#include "port_rom.h"
+#include "settings_table.h"
+
+#include <string.h>
+
+enum { PAYLOAD_MAX = SETTINGS_SLOT_LEN - SETTINGS_HEAD_LEN - 2, LEN_AT = 2 };
+
+_Static_assert((int)SETTINGS_PAYLOAD_LEN <= (int)PAYLOAD_MAX, "a record fits in a slot");
+
+/* Which byte of a value in memory is its byte `at` from the lowest: folds to `at` on this chip. */
+static uint8_t ordered(uint8_t at, uint8_t width)
+{
+    const uint16_t one = 1U;
+    uint8_t        first;
+
+    memcpy(&first, &one, 1);
+    return first == 1U ? at : (uint8_t)(width - 1U - at);
+}
+
+static uint8_t place_of(uint8_t key)
+{
+    return port_rom_u8(&settings_table[key][0]);
+}
+
+static bool is_protected(uint8_t key)
+{
+    return port_rom_u8(&settings_table[key][1]) >= SETTINGS_PROTECTED;
+}
+
+/* Where its limits stand. */
+static uint8_t limits_of(uint8_t key)
+{
+    return (uint8_t)(port_rom_u8(&settings_table[key][1]) << 1); /* the flag falls off */
+}
+
+/* 1, 2 or 4 bytes. */
+static uint8_t width_of(uint8_t limits)
+{
+    if (limits < SETTINGS_LIMITS_16) { return 1U; }
+    return limits < SETTINGS_LIMITS_32 ? 2U : 4U;
+}
+
+/* A value of so many bytes, in ROM from the lowest, or in memory as they lie there. */
+static int32_t extended(const uint8_t *bytes, uint8_t width, bool in_rom, bool is_signed)
+{
+    uint32_t value = 0U;
+
+    for (uint8_t at = width; at != 0U;) {
+        --at;
+        const uint8_t byte = in_rom ? port_rom_u8(&bytes[at]) : bytes[ordered(at, width)];
+        if (is_signed && byte >= 0x80U) { value = UINT32_MAX; }
+        is_signed = false;
+        value     = value << 8 | byte;
+    }
+    return (int32_t)value;
+}
+
+settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t *value)
+{
+    if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
+    const uint8_t *limits   = &settings_limits[limits_of(key)];
+    const uint8_t  width    = width_of(limits_of(key));
+    const uint8_t *bytes    = (const uint8_t *)settings + place_of(key);
+    const bool     negative = port_rom_u8(&limits[width - 1U]) >= 0x80U; /* the least value is */
+
+    *value = extended(bytes, width, false, negative);
+    return SETTINGS_OK;
+}
+
+settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
+{
+    if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
+    const uint8_t *limits = &settings_limits[limits_of(key)];
+    const uint8_t  width  = width_of(limits_of(key));
+    uint8_t       *bytes  = (uint8_t *)settings + place_of(key);
+
+    if (is_protected(key)) { return SETTINGS_WRITE_PROTECTED; }
+    if (value < extended(limits, width, true, true) ||
+        value > extended(&limits[width], width, true, false)) {
+        return SETTINGS_OUT_OF_RANGE;
+    }
+    for (uint8_t at = 0U; at != width; ++at) {
+        bytes[ordered(at, width)] = (uint8_t)value;
+        value >>= 8;
+    }
+    return SETTINGS_OK;
+}
+
+void settings_record_begin(settings_record_t *record, uint16_t sequence)
+{
+    memset(record, 0, sizeof *record);
+    record->crc     = PORT_CRC16_START;
+    record->head[0] = SETTINGS_VERSION;
+    record->head[1] = SETTINGS_PAYLOAD_LEN;
+    record->head[2] = (uint8_t)sequence;
+    record->head[3] = (uint8_t)(sequence >> 8);
+}
+
+/* Where the next byte of the values stands in settings_t; there must be one. */
+static uint8_t next_place(settings_record_t *record)
+{
+    const uint8_t key   = record->key;
+    const uint8_t width = width_of(limits_of(key));
+    const uint8_t place = (uint8_t)(place_of(key) + ordered(record->byte, width));
+
+    if (++record->byte == width) {
+        record->byte = 0U;
+        record->key++;
+    }
+    return place;
+}
+
+void settings_reset(settings_t *settings, bool calibration)
+{
+    settings_record_t walk;
+
+    settings_record_begin(&walk, 0U);
+    for (uint8_t at = 0U; at != SETTINGS_PAYLOAD_LEN; ++at) {
+        const bool    stays = !calibration && is_protected(walk.key);
+        const uint8_t place = next_place(&walk);
+        if (!stays) { ((uint8_t *)settings)[place] = port_rom_u8(&settings_factory[at]); }
+    }
+}
+
+uint8_t settings_record_next(settings_record_t *record, const settings_t *settings)
+{
+    const uint8_t at   = record->at++;
+    uint8_t       byte = (uint8_t)record->crc; /* behind it comes its upper half, by its own rule */
+
+    if (at == 0U) { return SETTINGS_MAGIC; }
+    if (at < SETTINGS_HEAD_LEN) {
+        byte = record->head[at - 1U];
+    } else if (at < SETTINGS_HEAD_LEN + SETTINGS_PAYLOAD_LEN) {
+        byte = ((const uint8_t *)settings)[next_place(record)];
+    }
+    record->crc = port_crc16(record->crc, byte);
+    return byte;
+}
+
+settings_reading_t settings_record_read(settings_record_t *record, settings_t *settings,
+                                        uint8_t byte)
+{
+    const uint8_t at  = record->at++;
+    const uint8_t len = record->head[1];
+
+    if (at == 0U) { return byte == SETTINGS_MAGIC ? SETTINGS_READING : SETTINGS_NO_RECORD; }
+    record->crc = port_crc16(record->crc, byte);
+    if (at < SETTINGS_HEAD_LEN) {
+        record->head[at - 1U] = byte;
+        return at == LEN_AT && byte > PAYLOAD_MAX ? SETTINGS_ROTTEN : SETTINGS_READING;
+    }
+    const uint8_t passed = (uint8_t)(at - SETTINGS_HEAD_LEN);
+    if (passed < len) {
+        if (settings != NULL) { ((uint8_t *)settings)[next_place(record)] = byte; }
+        return SETTINGS_READING;
+    }
+    if (passed == len) { return SETTINGS_READING; }
+    if (record->crc != 0U) { return SETTINGS_ROTTEN; } /* a CRC over itself is 0 */
+    return record->head[0] == SETTINGS_VERSION && len <= SETTINGS_PAYLOAD_LEN ? SETTINGS_WHOLE
+                                                                              : SETTINGS_FOREIGN;
+}
+
+uint16_t settings_record_sequence(const settings_record_t *record)
+{
+    return (uint16_t)((uint16_t)record->head[3] << 8 | record->head[2]);
+}
+
+void settings_choice_begin(settings_choice_t *choice)
+{
+    *choice = (settings_choice_t){.reading = SETTINGS_NO_RECORD, .slot = SETTINGS_SLOTS - 1};
+}
+
+void settings_choose(settings_choice_t *choice, uint8_t slot, const settings_record_t *record,
+                     settings_reading_t reading)
+{
+    const uint16_t sequence = settings_record_sequence(record);
+
+    if (reading == SETTINGS_ROTTEN) { choice->rotten++; }
+    if (reading < SETTINGS_FOREIGN) { return; }
+    /* The count of records wraps: ahead by less than half of it is newer. */
+    if (choice->reading != SETTINGS_NO_RECORD &&
+        (uint16_t)(sequence - choice->sequence) >= 0x8000U) {
+        return;
+    }
+    choice->reading  = reading;
+    choice->slot     = slot;
+    choice->sequence = sequence;
+}
