@@ -45,8 +45,8 @@ def scale_init(core: AvrCore, config: Mapping) -> int:
     return core.request("W", struct.pack(layout, INIT, *fields))[0]
 
 
-def scale(core: AvrCore, rows: Iterable[tuple[int, int, int, int]]) -> list[tuple[int, ...]]:
-    """(answer, net, shown, pieces, mass) of rows (command, argument, counts, time), as vectors."""
+def scale(core: AvrCore, rows: Iterable[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """(answer, net, shown, pieces, mass) of rows (command, argument, raw, counts, time)."""
     answers: list[tuple[int, ...]] = []
     for is_command, group in groupby(rows, key=lambda row: row[0] != 0):
         part = list(group)
@@ -57,13 +57,13 @@ def scale(core: AvrCore, rows: Iterable[tuple[int, int, int, int]]) -> list[tupl
             continue
         for at in range(0, len(part), SAMPLES_PER_REQUEST):
             samples = part[at : at + SAMPLES_PER_REQUEST]
-            payload = b"".join(struct.pack("<iI", counts, us) for _, _, counts, us in samples)
+            payload = b"".join(struct.pack("<iiI", *sample[2:]) for sample in samples)
             answers += ANSWER.iter_unpack(core.request("W", bytes([UPDATE]) + payload))
     return answers
 
 
 def scale_outcome(core: AvrCore) -> tuple[int, ...]:
-    """steps, step_us, step_from_mg, step_to_mg, peak_mg."""
+    """steps, step_us, step_from_mg, step_to_mg, kept_mg."""
     return struct.unpack("<HI3i", core.request("W", bytes([OUTCOME])))
 
 

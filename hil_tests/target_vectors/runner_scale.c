@@ -8,20 +8,22 @@
 #include <string.h>
 
 enum {
-    ASK        = 'W', /* the only op: the payload's first byte tells what is asked */
-    ASK_INIT   = 0,   /* scale_config_t as the chip lays it out -> status u8 */
-    ASK_UPDATE = 1,   /* n x counts i32, device_us u32 -> n x flags u8, net, shown, pieces, mass */
-    ASK_ZERO   = 2,   /* the commands: -> status u8, net, shown, pieces, mass of 0 */
-    ASK_TARE   = 3,
+    ASK      = 'W', /* the only op: the payload's first byte tells what is asked */
+    ASK_INIT = 0,   /* scale_config_t as the chip lays it out -> status u8 */
+    ASK_UPDATE =
+        1, /* n x raw, counts i32, device_us u32 -> n x flags u8, net, shown, pieces, mass */
+    ASK_ZERO       = 2, /* the commands: -> status u8, net, shown, pieces, mass of 0 */
+    ASK_TARE       = 3,
     ASK_TARE_CLEAR = 4,
     ASK_SHOW       = 5, /* what u16 */
     ASK_COUNT_OUT  = 6, /* pieces u16 */
     ASK_INTERRUPT  = 7,
-    ASK_OUTCOME    = 8,  /* -> steps u16, step_us u32, from, to, peak i32 */
+    ASK_OUTCOME    = 8,  /* -> steps u16, step_us u32, from, to, kept i32 */
     ASK_CHECK_INIT = 9,  /* checkweigher_config_t as the chip lays it out -> accepted u8 */
     ASK_CHECK      = 10, /* n x mass i32, device_us u32 -> n x event u8, weighed i32 */
     ASK_CHECK_DONE = 11, /* -> counts 8 u32, unweighed u16, entered_us, left_us u32, pace u16 */
-    SAMPLE_BYTES   = 8,
+    SAMPLE_BYTES   = 12,
+    CHECK_BYTES    = 8,
     SAMPLES_MAX    = 14
 };
 
@@ -64,10 +66,12 @@ static uint8_t update(uint8_t buffer[], uint8_t len)
 
     memcpy(samples, &buffer[1], len - 1U); /* the host keeps to SAMPLES_MAX */
     for (uint8_t at = 0; at < len - 1U; at = (uint8_t)(at + SAMPLE_BYTES)) {
-        int32_t  counts_q7;
+        int32_t  raw_q7, counts_q7;
         uint32_t device_us;
-        memcpy(&counts_q7, &samples[at], sizeof counts_q7);
-        memcpy(&device_us, &samples[at + 4U], sizeof device_us);
+        memcpy(&raw_q7, &samples[at], sizeof raw_q7);
+        memcpy(&counts_q7, &samples[at + 4U], sizeof counts_q7);
+        memcpy(&device_us, &samples[at + 8U], sizeof device_us);
+        scale_look(&scale, scale_mass(&scale, raw_q7));
         reply = put_answer(reply, scale_update(&scale, counts_q7, device_us), counts_q7);
     }
     return (uint8_t)(reply - buffer);
@@ -79,7 +83,7 @@ static uint8_t outcome(uint8_t buffer[])
     memcpy(&buffer[2], &scale.step_us, sizeof scale.step_us);
     uint8_t *at = put_i32(&buffer[6], scale.step_from_mg);
     at          = put_i32(at, scale.step_to_mg);
-    return (uint8_t)(put_i32(at, scale.peak_mg) - buffer);
+    return (uint8_t)(put_i32(at, scale.kept_mg) - buffer);
 }
 
 static uint8_t init_check(uint8_t buffer[])
@@ -97,7 +101,7 @@ static uint8_t update_check(uint8_t buffer[], uint8_t len)
 {
     uint8_t reply = 0; /* shorter than what was read already */
 
-    for (uint8_t at = 1; at < len; at = (uint8_t)(at + SAMPLE_BYTES)) {
+    for (uint8_t at = 1; at < len; at = (uint8_t)(at + CHECK_BYTES)) {
         int32_t  mass_mg;
         uint32_t device_us;
         memcpy(&mass_mg, &buffer[at], sizeof mass_mg);

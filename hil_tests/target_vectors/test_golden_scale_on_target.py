@@ -10,7 +10,7 @@ from terazi.models.exact_scale import Status
 from terazi.models.vectors import golden
 from tools.measure.runner_scale import checkweigher_config_of, config_of
 
-OUTCOME = ("steps", "step_us", "step_from_mg", "step_to_mg", "peak_mg")
+OUTCOME = ("steps", "step_us", "step_from_mg", "step_to_mg", "kept_mg")
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def rows(vector, *columns):
 @pytest.mark.parametrize("vector", golden("scale_"), ids=str)
 def test_scale_reproduces_vector_bit_for_bit_on_avr(avr, vector):
     assert avr_scale.scale_init(avr, config_of(vector)) == Status.OK
-    asked = rows(vector, "command", "argument", "counts", "device_us")
+    asked = rows(vector, "command", "argument", "raw", "counts", "device_us")
     assert avr_scale.scale(avr, asked) == rows(
         vector, "answer", "net_mg", "shown", "pieces", "mass_mg"
     )
@@ -48,9 +48,9 @@ def test_scale_reproduces_vector_bit_for_bit_on_avr(avr, vector):
 def test_a_refused_configuration_changes_nothing_on_avr(avr, changed, status):
     usual = design.config()
     assert avr_scale.scale_init(avr, usual) == Status.OK
-    before = avr_scale.scale(avr, [(0, 0, 55_000_000, 12_500)])
+    before = avr_scale.scale(avr, [(0, 0, 55_000_000, 55_000_000, 12_500)])
     assert avr_scale.scale_init(avr, usual | changed) == status
-    assert avr_scale.scale(avr, [(0, 0, 55_000_000, 25_000)]) == before
+    assert avr_scale.scale(avr, [(0, 0, 55_000_000, 55_000_000, 25_000)]) == before
 
 
 @pytest.mark.parametrize("vector", golden("checkweigher_"), ids=str)

@@ -6,19 +6,23 @@
  *           its first and last line going on outside; load = mass - zero, net = load - tare
  * Slopes    mg a count Q7 in Q32, rounded down once in scale_init, so that the curve never falls
  *           and nothing is divided later (notes bound the error by 1 mg)
- * Stable    while every mass since some instant, for stable_us at least, lay within stable_band_mg:
- *           what leaves the band begins it anew, so that no drift stays stable for more than it
+ * Stable    once every mass since some instant, for stable_us, lay within the band, those of the
+ *           first quarter within half of it; until masses since then spread over 1.5 bands. What is
+ *           too far off begins anew, so that no drift stays stable for more than that
+ * Look      filters lag; so a measurement ahead of them that lies beyond 1.75 bands of the masses'
+ *           other end ends stability at once, and begins anew. In rough surroundings, where four
+ *           times the mean distance of measurements from the mass is more than 3/4 of the band,
+ *           that counts. So while stable the load has not moved by more than two bands; at most e
  * Zero      set once, at the first stable mass within 10 % of Max on either side if none is set
- *           yet; by command
- *           within 2 % of that on either side; tracked within the same 2 %, while stable and
- *           within e/2 of zero, by at most e/16 in 2^17 us, 0.48 e/s (R76's 0.5 d/s, 4 %, 20 %,
+ *           yet; by command within 2 % of that; tracked within the same 2 %, while stable and
+ *           within e/2 of zero, by at most e/8 in 2^18 us, 0.48 e/s (R76's 0.5 d/s, 4 %, 20 %,
  *           from memory; d = e)
  * Limits    over Max + 9 e and under -under_mg nothing is to be shown: flagged, and never stable
  * Display   net / d, d = digit * 10^-decimals of the unit; held until the net mass is further from
  *           what is shown than d/2 + hysteresis, then the nearest, half up
  * Steps     a stable load further from the last stable one than step_mg is one event
- * Formats   counts Q7 in int32, |c| <= 2^30; mass mg in int32, |mass| <= 2^30; time us, wrapping;
- *           Max <= 500 kg; slope below 128 mg a count
+ * Formats   counts Q7 and mass mg in -2^30..2^30 - 1, in int32; time us, wrapping;
+ *           Max <= 2^29 mg, 536 kg; slope below 128 mg a count
  * Time      arrives with the sample and may be irregular; a gap above gap_us begins anew
  * Bad data  counts and masses beyond their range are limited; commands answer why they refuse, and
  *           then change nothing; update cannot fail
@@ -32,9 +36,8 @@
 
 enum { SCALE_POINTS_MAX = 8, SCALE_DECIMALS_MAX = 6 };
 
-#define SCALE_MAX_MG    500000000L  /* 500 kg */
-#define SCALE_COUNTS_Q7 1073741824L /* 2^30: greatest magnitude of an estimate */
-#define SCALE_MASS_MG   1073741824L /* 2^30: greatest magnitude of a mass */
+#define SCALE_MAX_MG  536870912L  /* 2^29: 536 kg */
+#define SCALE_31_BITS 1073741824L /* 2^30: counts Q7 and masses lie in -2^30..2^30 - 1 */
 
 /* Options of the configuration. */
 enum {
@@ -83,7 +86,7 @@ typedef struct {
     int32_t  interval_mg;    /* e: 1..Max/16 */
     int32_t  under_mg;       /* 0..Max */
     int32_t  step_mg;        /* 0..Max */
-    int32_t  stable_band_mg; /* 0..e */
+    int32_t  stable_band_mg; /* 0..e/2 */
     uint32_t stable_us;      /* 1..2^31 */
     uint32_t gap_us;         /* 1..2^31 */
     uint8_t  points;         /* 2..SCALE_POINTS_MAX */
@@ -109,30 +112,22 @@ typedef struct {
     int32_t               mass_mg; /* of the last sample, by the curve alone */
     int32_t               low_mg;  /* of the band */
     int32_t               high_mg;
-    int32_t               zero_mg;    /* zero_mg_q4, rounded half up */
-    int32_t               zero_mg_q4; /* |.| <= 12 % of Max */
-    int32_t               tare_mg;    /* 0..Max */
-    int32_t               load_mg;    /* above zero */
-    int32_t               net_mg;     /* above the tare */
-    int32_t  peak_mg;      /* greatest net mass since the peak was asked for, or the start */
-    int32_t  settled_mg;   /* by the curve alone, the last that was stable */
+    int32_t               zero_mg; /* |.| <= 12 % of Max */
+    int32_t               tare_mg; /* 0..Max */
+    int32_t               net_mg;  /* above zero and tare */
+    int32_t  kept_mg;      /* what is shown: net mass, or as it was when asked for, or the peak */
     int32_t  divisions;    /* what is shown, in d */
     uint32_t last_us;      /* of the last sample */
-    uint32_t since_us;     /* when the band began */
-    uint32_t tracking_us;  /* since zero was tracked last */
-    int32_t  over_mg;      /* Max + 9 e */
+    uint32_t since_us;     /* when the band began; while stable, when zero was tracked last */
+    int32_t  rough_mg_q4;  /* mean distance of measurements from the estimate, <= 2^30 */
     uint32_t per_division; /* 1/d in 1/mg: Q40, or Q32 where d is fine */
-    int32_t  held_mg;      /* net mass when it was asked to be held */
-    uint32_t left_us;      /* when stability ended last */
-    uint32_t step_us;      /* when the last step began */
-    int32_t  step_from_mg; /* loads before and after it */
+    int32_t  settled_mg;   /* by the curve alone, the last that was stable */
+    int32_t  zero_initial_mg; /* set at the first stable mass, else 0 */
+    int32_t  zero_range_mg;   /* 2 % of Max */
+    uint32_t step_us;         /* when stability ended last: with SCALE_STEPPED, the step's begin */
+    int32_t  step_from_mg;    /* loads before and after the last step */
     int32_t  step_to_mg;
-    uint16_t steps;          /* counted, stops at 65535 */
-    int32_t  initial_mg;     /* 10 % of Max */
-    int32_t  zero_range_mg;  /* 2 % of Max */
-    int32_t  zero_low_mg_q4; /* where tracking ends */
-    int32_t  zero_high_mg_q4;
-    int32_t  zero_initial_mg;                 /* set at the first stable mass, else 0 */
+    uint16_t steps;                           /* counted, stops at 65535 */
     uint32_t per_piece_q32;                   /* pieces a mg; 0: none were counted out */
     uint32_t slope_q32[SCALE_POINTS_MAX - 1]; /* mg a count Q7 */
 } scale_t;
@@ -150,6 +145,9 @@ void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm);
 
 /* Take one estimate of the Kalman filter; gives SCALE_STABLE and so on as bits. */
 uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us);
+
+/* Before scale_update of the same sample: what is measured, unfiltered, by scale_mass. */
+void scale_look(scale_t *scale, int32_t raw_mass_mg);
 
 /* Samples were lost or are not to be trusted: what follows must become stable anew. */
 void scale_interrupt(scale_t *scale);

@@ -2,224 +2,193 @@
 #include "scale.h"
 
 #include "fixed.h"
-#include "port_hot.h"
-#include "port_i16.h"
 #include "port_wide.h"
 #include "scale_wide.h"
 
-#define TRACK_US 0x20000U /* zero moves once in as long, by e/16 at most */
+#define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
 
-/* A mass or counts Q7 limited to +-2^30: the upper two bits differ only beyond. */
-static int32_t within_2_30(int32_t value)
+/* Called from many places, or measured: kept whole. */
+#define OUTLINE __attribute__((noinline))
+
+/* 0 <= bound <= 2^30: one comparison modulo 2^32. */
+static OUTLINE bool within(int32_t value, int32_t bound)
 {
-    _Static_assert(SCALE_COUNTS_Q7 == 1L << 30 && SCALE_MASS_MG == 1L << 30, "one limit for both");
-    const uint8_t top = (uint8_t)((uint32_t)value >> 24);
-
-    if ((uint8_t)(top + 0x40U) < 0x80U) { return value; }
-    return value < 0 ? -SCALE_MASS_MG : SCALE_MASS_MG;
+    return (uint32_t)value + (uint32_t)bound <= (uint32_t)bound * 2U;
 }
 
-static PORT_OUTLINE uint32_t magnitude(int32_t value)
+static OUTLINE int32_t limited(int32_t value, int32_t bound)
+{
+    if (value > bound) { return bound; }
+    return value < -bound ? -bound : value;
+}
+
+static uint32_t magnitude(int32_t value)
 {
     return value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
 }
 
-static PORT_OUTLINE uint32_t distance(int32_t a, int32_t b)
+static int32_t load_of(const scale_t *scale)
 {
-    return a > b ? (uint32_t)a - (uint32_t)b : (uint32_t)b - (uint32_t)a;
+    return scale->mass_mg - scale->zero_mg; /* |.| <= 2^30 + 2^26 */
 }
 
-static bool reached(int32_t counts_q7, int32_t point, bool falls)
+static void set_zero(scale_t *scale)
 {
-    return falls ? counts_q7 <= point : counts_q7 >= point;
-}
-
-PORT_OUTLINE int32_t scale_mass(const scale_t *scale, int32_t counts_q7)
-{
-    const scale_config_t *config = scale->config;
-    const int32_t        *points = config->point_counts_q7;
-    const bool            falls  = scale->falling;
-    uint8_t               at     = 0U;
-    uint8_t               last   = (uint8_t)(config->points - 2U);
-
-    counts_q7 = within_2_30(counts_q7);
-    while (at != last) { /* the last segment whose point was reached, or the first */
-        const uint8_t middle = (uint8_t)((uint8_t)(at + last + 1) >> 1);
-        if (reached(counts_q7, points[middle], falls)) {
-            at = middle;
-        } else {
-            last = (uint8_t)(middle - 1U);
-        }
-    }
-    const int32_t  from  = points[at];
-    const bool     above = reached(counts_q7, from, falls);
-    const uint32_t away  = distance(counts_q7, from);                  /* <= 2^31 */
-    const uint32_t risen = port_wide_high(away, scale->slope_q32[at]); /* <= 2^31 */
-    /* |mass of a point| < 2^29, and 3 * 2^29 more reach beyond 2^30 on either side */
-    const int32_t rise = risen > 0x60000000U ? 0x60000000 : (int32_t)risen;
-    const int32_t base = config->point_mass_mg[at];
-
-    return within_2_30(above ? base + rise : base - rise);
-}
-
-static void set_zero(scale_t *scale, int32_t mass_mg)
-{
-    scale->zero_mg     = mass_mg;
-    scale->zero_mg_q4  = mass_mg * 16; /* |.| <= 0.12 * 5e8 * 16 < 2^30 */
-    scale->tracking_us = 0U;
+    scale->zero_mg = scale->mass_mg;
     scale->flags |= SCALE_ZEROED;
 }
 
-/* Where tracking ends: 2 % of Max from the zero that was set first. */
-static void set_zero_range(scale_t *scale)
-{
-    const int32_t centre_mg = scale->zero_initial_mg, range_mg = scale->zero_range_mg;
-
-    scale->zero_low_mg_q4  = (centre_mg - range_mg) * 16;
-    scale->zero_high_mg_q4 = (centre_mg + range_mg) * 16;
-}
-
 /* The mass has stood within the band for long enough. */
-static PORT_OUTLINE void settle(scale_t *scale, int32_t mass_mg)
+static void settle(scale_t *scale)
 {
-    const scale_config_t *config = scale->config;
-
-    scale->steady = true;
+    scale->steady   = true;
+    scale->since_us = scale->last_us;
     if (!scale->settled) {
         scale->settled = true;
-        if ((config->options & SCALE_INITIAL_ZERO) != 0U && (scale->flags & SCALE_ZEROED) == 0U &&
-            magnitude(mass_mg) <= (uint32_t)scale->initial_mg) {
-            scale->zero_initial_mg = mass_mg;
-            set_zero(scale, mass_mg);
+        if ((scale->config->options & SCALE_INITIAL_ZERO) != 0U &&
+            (scale->flags & SCALE_ZEROED) == 0U &&
+            within(scale->mass_mg, scale->zero_range_mg * 5)) {
+            scale->zero_initial_mg = scale->mass_mg;
+            set_zero(scale);
         }
-        set_zero_range(scale);
-    } else if (distance(mass_mg, scale->settled_mg) > (uint32_t)config->step_mg) {
-        scale->step_us      = scale->left_us;
+    } else if (!within(scale->mass_mg - scale->settled_mg, scale->config->step_mg)) {
         scale->step_from_mg = scale->settled_mg - scale->zero_mg;
-        scale->step_to_mg   = mass_mg - scale->zero_mg;
+        scale->step_to_mg   = load_of(scale);
         scale->flags |= SCALE_STEPPED;
         fixed_count(&scale->steps);
     }
+    scale->settled_mg = scale->mass_mg;
 }
 
-static void unsettle(scale_t *scale, uint32_t device_us)
+static OUTLINE void unsettle(scale_t *scale)
 {
-    if (scale->steady) { scale->left_us = device_us; }
-    scale->steady      = false;
-    scale->tracking_us = 0U;
-}
-
-/* Whether masses stand. */
-static PORT_OUTLINE void watch(scale_t *scale, int32_t mass_mg, uint32_t device_us)
-{
-    const scale_config_t *config = scale->config;
-
-    if (mass_mg < scale->low_mg) { scale->low_mg = mass_mg; }
-    if (mass_mg > scale->high_mg) { scale->high_mg = mass_mg; }
-    if (!scale->begun ||
-        (uint32_t)scale->high_mg - (uint32_t)scale->low_mg > (uint32_t)config->stable_band_mg) {
-        unsettle(scale, device_us);
-        scale->low_mg   = mass_mg;
-        scale->high_mg  = mass_mg;
-        scale->since_us = device_us;
-        scale->begun    = true;
-    } else if (!scale->steady && device_us - scale->since_us >= config->stable_us) {
-        settle(scale, mass_mg);
-    }
-    if (scale->steady) { scale->settled_mg = mass_mg; }
+    if (scale->steady) { scale->step_us = scale->last_us; }
+    scale->steady = false;
+    scale->begun  = false;
 }
 
 /* Follow a creeping zero, while stable. */
-static PORT_OUTLINE void track(scale_t *scale, uint32_t elapsed_us)
+static void track(scale_t *scale)
 {
     const scale_config_t *config = scale->config;
-    const int32_t         load   = scale->mass_mg - scale->zero_mg;
 
-    if ((config->options & SCALE_TRACK_ZERO) == 0U ||
-        magnitude(load) > (uint32_t)config->interval_mg >> 1) {
-        scale->tracking_us = 0U;
-        return;
+    if ((config->options & SCALE_TRACK_ZERO) != 0U &&
+        within(load_of(scale), config->interval_mg >> 1)) {
+        if (scale->last_us - scale->since_us < TRACK_US) { return; }
+        const int32_t centre = scale->zero_initial_mg;
+        const int32_t wanted = scale->zero_mg - centre +
+                               limited(load_of(scale), config->interval_mg >> 3);
+        scale->zero_mg = centre + limited(wanted, scale->zero_range_mg);
     }
-    elapsed_us += scale->tracking_us; /* < 2^17 + 2^31 */
-    if (elapsed_us < TRACK_US) {
-        scale->tracking_us = elapsed_us;
-        return;
+    scale->since_us = scale->last_us;
+}
+
+/* Whether masses stand. */
+static OUTLINE void watch(scale_t *scale)
+{
+    const scale_config_t *config  = scale->config;
+    const int32_t         mass_mg = scale->mass_mg;
+    const uint32_t        stood   = scale->last_us - scale->since_us;
+    int32_t               band    = config->stable_band_mg;
+
+    if (scale->steady) {
+        band += band >> 1;
+    } else if (stood < config->stable_us >> 2) {
+        band >>= 1;
     }
-    scale->tracking_us = 0U;
-    /* A sixteenth of e is e in Q4. */
-    const int32_t most_q4 = config->interval_mg, sixteenth = most_q4 >> 4;
-    int32_t       zero_q4 = scale->zero_mg_q4;
-    zero_q4 += load > sixteenth ? most_q4 : load < -sixteenth ? -most_q4 : load * 16;
-    if (zero_q4 < scale->zero_low_mg_q4) { zero_q4 = scale->zero_low_mg_q4; }
-    if (zero_q4 > scale->zero_high_mg_q4) { zero_q4 = scale->zero_high_mg_q4; }
-    scale->zero_mg_q4 = zero_q4;
-    scale->zero_mg    = (zero_q4 + 8) >> 4;
+    if (mass_mg < scale->low_mg) { scale->low_mg = mass_mg; }
+    if (mass_mg > scale->high_mg) { scale->high_mg = mass_mg; }
+    if (!scale->begun || scale->high_mg - scale->low_mg > band) {
+        unsettle(scale);
+        scale->low_mg   = mass_mg;
+        scale->high_mg  = mass_mg;
+        scale->begun    = true;
+        scale->since_us = scale->last_us;
+    } else if (scale->steady) {
+        track(scale);
+    } else if (stood >= config->stable_us) {
+        settle(scale);
+    }
 }
 
 /* What is shown, in divisions: held against flicker. */
-static PORT_OUTLINE void display(scale_t *scale, int32_t mass_mg)
+static void display(scale_t *scale)
 {
-    uint32_t size = magnitude(mass_mg); /* <= 2^31 */
+    const int32_t mass_mg = scale->kept_mg;
+    uint32_t      size    = magnitude(mass_mg); /* <= 2^31 */
+
     if (scale->fine) { size = size > 0x7FFFFFU ? 0x7FFFFF00U : size << 8; }
-    const int32_t there_q8 = (int32_t)port_wide_high(size, scale->per_division);
-    const int32_t exact_q8 = mass_mg < 0 ? -there_q8 : there_q8;
+    int32_t exact_q8 = (int32_t)port_wide_high(size, scale->per_division);
+    if (mass_mg < 0) { exact_q8 = -exact_q8; }
 
     /* Further off than most_q8 on either side, by one comparison modulo 2^32: both are below 2^31 -
      * 127, so that no true distance comes round to most_q8. */
     const uint16_t most_q8 = 128U + scale->config->hysteresis_q8; /* <= 255 */
     const uint32_t off_q8  = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
-    if (off_q8 + most_q8 > (uint32_t)most_q8 * 2U) { scale->divisions = (exact_q8 + 128) >> 8; }
+    if (off_q8 + most_q8 > (uint16_t)(most_q8 * 2U)) { scale->divisions = (exact_q8 + 128) >> 8; }
 }
 
 /* The limits, and how near to zero; gives flags. */
-static PORT_OUTLINE uint8_t judge(const scale_t *scale, int32_t load)
+static uint8_t judge(const scale_t *scale)
 {
     const scale_config_t *config = scale->config;
+    const int32_t         load   = load_of(scale);
 
-    if (load > scale->over_mg) { return SCALE_OVER; }
+    if (load - config->max_mg > config->interval_mg * 9) { return SCALE_OVER; }
     if (load < -config->under_mg) { return SCALE_UNDER; }
     const uint8_t stable = scale->steady ? SCALE_STABLE : 0U;
-    const bool    zero   = magnitude(load) <= (uint32_t)config->interval_mg >> 2;
-    return zero ? stable | SCALE_AT_ZERO : stable;
+    return within(load, config->interval_mg >> 2) ? stable | SCALE_AT_ZERO : stable;
 }
 
-PORT_OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
+OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
 {
-    const uint32_t elapsed_us = device_us - scale->last_us;
-
-    if (elapsed_us > scale->config->gap_us) { scale_interrupt(scale); }
-    scale->last_us        = device_us;
-    const int32_t mass_mg = scale_mass(scale, counts_q7);
-    const bool    steady  = scale->steady;
-    scale->mass_mg        = mass_mg;
+    if (device_us - scale->last_us > scale->config->gap_us) { scale_interrupt(scale); }
+    scale->last_us = device_us;
+    if (scale->steady) { scale->settled_mg = scale->mass_mg; }
+    scale->mass_mg = scale_mass(scale, counts_q7);
     scale->flags &= (uint8_t)(SCALE_ZEROED | SCALE_TARED | SCALE_FROZEN);
-    watch(scale, mass_mg, device_us);
-    if (steady && scale->steady) { track(scale, elapsed_us); }
+    watch(scale);
 
-    const int32_t load = mass_mg - scale->zero_mg; /* |.| <= 2^30 + 2^26 */
-    const int32_t net  = load - scale->tare_mg;    /* and 2^29 more */
-    scale->load_mg     = load;
-    scale->net_mg      = net;
-    if (net > scale->peak_mg) { scale->peak_mg = net; }
-    scale->flags |= judge(scale, load);
-    display(scale, scale->show == SCALE_SHOW_LIVE   ? net
-                   : scale->show == SCALE_SHOW_HELD ? scale->held_mg
-                                                    : scale->peak_mg);
+    const int32_t net = load_of(scale) - scale->tare_mg; /* 2^29 more */
+    scale->net_mg     = net;
+    if (scale->show == SCALE_SHOW_LIVE ||
+        (scale->show == SCALE_SHOW_PEAK && net > scale->kept_mg)) {
+        scale->kept_mg = net;
+    }
+    scale->flags |= judge(scale);
+    display(scale);
     return scale->flags;
+}
+
+void scale_look(scale_t *scale, int32_t raw_mass_mg)
+{
+    const int32_t band     = scale->config->stable_band_mg; /* <= 2^24 */
+    const int32_t rough_q4 = scale->rough_mg_q4;            /* <= 2^30 */
+    int32_t       off      = raw_mass_mg - scale->mass_mg;  /* |.| < 2^31 */
+    int32_t       reach    = rough_q4 >> 2;
+
+    if (reach < (band >> 1) + (band >> 2)) { reach = (band >> 1) + (band >> 2); }
+    reach += band;
+    if (raw_mass_mg - scale->low_mg > reach || scale->high_mg - raw_mass_mg > reach) {
+        unsettle(scale);
+        off = (rough_q4 >> 4) + (rough_q4 >> 5) + 16;
+    }
+    if (off < 0) { off = -off; }
+    off                = limited(off, 1L << 30);
+    scale->rough_mg_q4 = limited(rough_q4 - (rough_q4 >> 4) + off, 1L << 30);
 }
 
 void scale_interrupt(scale_t *scale)
 {
-    unsettle(scale, scale->last_us);
-    scale->begun = false;
+    unsettle(scale);
     scale->flags &= (uint8_t)~SCALE_STABLE;
 }
 
 void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
 {
-    if (magnitude(zero_mg) <= (uint32_t)(scale->initial_mg + scale->zero_range_mg)) {
+    if (within(zero_mg, scale->zero_range_mg * 6)) {
         scale->zero_initial_mg = zero_mg;
-        set_zero(scale, zero_mg);
+        scale->zero_mg         = zero_mg;
     }
     scale->flags = firm ? SCALE_ZEROED : 0U;
     if (tare_mg > 0 && tare_mg <= scale->config->max_mg) {
@@ -230,21 +199,21 @@ void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
 
 scale_status_t scale_zero(scale_t *scale)
 {
-    const int32_t off = scale->mass_mg - scale->zero_initial_mg;
-
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
-    if (magnitude(off) > (uint32_t)scale->zero_range_mg) { return SCALE_OUT_OF_RANGE; }
-    set_zero(scale, scale->mass_mg);
+    if (!within(scale->mass_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
+        return SCALE_OUT_OF_RANGE;
+    }
+    set_zero(scale);
     return SCALE_OK;
 }
 
 scale_status_t scale_tare(scale_t *scale)
 {
+    const int32_t load = load_of(scale);
+
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
-    if (scale->load_mg <= 0 || scale->load_mg > scale->config->max_mg) {
-        return SCALE_OUT_OF_RANGE;
-    }
-    scale->tare_mg = scale->load_mg;
+    if (load <= 0 || load > scale->config->max_mg) { return SCALE_OUT_OF_RANGE; }
+    scale->tare_mg = load;
     scale->flags |= SCALE_TARED;
     return SCALE_OK;
 }
@@ -259,8 +228,7 @@ scale_status_t scale_show(scale_t *scale, scale_show_t show)
 {
     if (show > SCALE_SHOW_PEAK) { return SCALE_UNKNOWN; }
     scale->show    = (uint8_t)show;
-    scale->held_mg = scale->net_mg;
-    if (show == SCALE_SHOW_PEAK) { scale->peak_mg = scale->net_mg; }
+    scale->kept_mg = scale->net_mg;
     scale->flags &= (uint8_t)~SCALE_FROZEN;
     if (show != SCALE_SHOW_LIVE) { scale->flags |= SCALE_FROZEN; }
     return SCALE_OK;
@@ -268,30 +236,28 @@ scale_status_t scale_show(scale_t *scale, scale_show_t show)
 
 scale_status_t scale_count_out(scale_t *scale, uint16_t pieces)
 {
-    const int32_t e = scale->config->interval_mg; /* <= 2^25 */
+    const int32_t e = scale->config->interval_mg, net = scale->net_mg; /* e <= 2^25 */
 
     if (pieces == 0U) { return SCALE_UNKNOWN; }
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
-    if ((scale->net_mg >> 2) < e + e * 4 || (scale->net_mg >> 1) < (int32_t)pieces) {
-        return SCALE_TOO_LIGHT;
-    }
-    scale->per_piece_q32 = scale_wide_ratio(pieces, (uint32_t)scale->net_mg);
+    if ((net >> 2) < e + e * 4 || (net >> 1) < (int32_t)pieces) { return SCALE_TOO_LIGHT; }
+    scale->per_piece_q32 = scale_wide_ratio(pieces, (uint32_t)net);
     return SCALE_OK;
 }
 
 int32_t scale_pieces(const scale_t *scale)
 {
-    const int32_t pieces = (int32_t)port_wide_high(magnitude(scale->net_mg),
+    const int32_t net    = scale->net_mg;
+    const int32_t pieces = (int32_t)port_wide_high(magnitude(net),
                                                    scale->per_piece_q32); /* <= 2^30 */
 
-    return scale->net_mg < 0 ? -pieces : pieces;
+    return net < 0 ? -pieces : pieces;
 }
 
 int32_t scale_shown(const scale_t *scale)
 {
-    const int32_t divisions = scale->divisions; /* < 2^23 */
+    int32_t shown = 0;
 
-    return scale->config->digit == 1U   ? divisions
-           : scale->config->digit == 2U ? divisions * 2
-                                        : divisions * 4 + divisions;
+    for (uint8_t digit = scale->config->digit; digit != 0U; --digit) { shown += scale->divisions; }
+    return shown; /* |divisions| < 2^23 */
 }

@@ -1,140 +1,118 @@
 /* SPDX-License-Identifier: MIT */
 #include "scale.h"
 
+#include <stddef.h>
+#include <string.h>
+
 #include "port_rom.h"
+#include "port_wide.h"
 #include "scale_units.h"
 #include "scale_wide.h"
 
-/* One more than 2^32 / 10 and 2^32 / 50, rounded down: for Max <= 5e8 the products' upper halves
- * are Max / 10 and Max / 50, rounded down. */
-#define TENTH_Q32    429496730UL
+/* One more than 2^32 / 50: the product's upper half is Max / 50 to the nearest. */
 #define FIFTIETH_Q32 85899346UL
 
-enum { DIGITS = 3, Q_COARSE = 40, Q_FINE = 32, FINE_BITS = 23 };
+enum { Q_FINE = 64, FINE_BITS = 23 };
 
-static bool within(int32_t value, int32_t limit)
+/* The first fields of a configuration in order, each with its least value, and its greatest as a
+ * share, by a shift, of a field before it or of 2^31. */
+enum { MAX, INTERVAL, UNDER, STEP, BAND, STABLE, GAP, FIELDS, OF_2_31 = FIELDS };
+
+static const uint8_t ranges[FIELDS][3] PORT_ROM = {
+    {1U, OF_2_31, 2U},  {1U, MAX, 4U},     {0U, MAX, 0U},     {0U, MAX, 0U},
+    {0U, INTERVAL, 1U}, {1U, OF_2_31, 0U}, {1U, OF_2_31, 0U},
+};
+
+_Static_assert(SCALE_MAX_MG == 0x80000000L >> 2, "the range of Max");
+_Static_assert(offsetof(scale_config_t, gap_us) == 4U * GAP &&
+                   offsetof(scale_config_t, stable_band_mg) == 4U * BAND,
+               "the fields' order");
+
+static scale_status_t check_ranges(const scale_config_t *config)
 {
-    return value >= -limit && value <= limit;
-}
+    uint32_t field[FIELDS + 1];
 
-/* The difference in the direction of `falls`; 0 where it goes the other way. */
-static uint32_t rise(int32_t from, int32_t to, bool falls)
-{
-    const bool lawful = falls ? to < from : to > from;
-
-    if (!lawful) { return 0U; }
-    return falls ? (uint32_t)from - (uint32_t)to : (uint32_t)to - (uint32_t)from;
-}
-
-static bool falls(const scale_config_t *config)
-{
-    return config->point_counts_q7[1] < config->point_counts_q7[0];
-}
-
-static scale_status_t check_points(const scale_config_t *config)
-{
-    const int32_t *counts_q7 = config->point_counts_q7, *mass_mg = config->point_mass_mg;
-
-    if (config->points < 2U || config->points > SCALE_POINTS_MAX) { return SCALE_BAD_COUNT; }
-    for (uint8_t at = 0U; at < config->points; ++at) {
-        if (!within(counts_q7[at], SCALE_COUNTS_Q7) || !within(mass_mg[at], SCALE_MAX_MG)) {
-            return SCALE_BAD_POINT;
+    memcpy(field, config, sizeof field - sizeof field[0]);
+    field[OF_2_31] = 0x80000000U;
+    for (uint8_t at = 0U; at < FIELDS; ++at) {
+        uint32_t most = field[port_rom_u8(&ranges[at][1])];
+        for (uint8_t bits = port_rom_u8(&ranges[at][2]); bits != 0U; --bits) { most >>= 1; }
+        if (field[at] < port_rom_u8(&ranges[at][0]) || field[at] > most) {
+            return at < STABLE ? SCALE_BAD_RANGE : SCALE_BAD_TIME;
         }
-    }
-    for (uint8_t at = 1U; at < config->points; ++at) {
-        const uint32_t counts = rise(counts_q7[at - 1U], counts_q7[at], falls(config));
-        const uint32_t mass   = rise(mass_mg[at - 1U], mass_mg[at], false);
-        if (counts == 0U || mass == 0U) { return SCALE_NOT_MONOTONE; }
-        if (mass >= counts) { return SCALE_TOO_STEEP; }
     }
     return SCALE_OK;
 }
 
-static bool ranges_hold(const scale_config_t *config)
+/* The calibration's points. Slopes are written only where they are lawful throughout. */
+static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
 {
-    return config->max_mg >= 1 && config->max_mg <= SCALE_MAX_MG && config->interval_mg >= 1 &&
-           config->interval_mg <= config->max_mg >> 4 && config->under_mg >= 0 &&
-           config->under_mg <= config->max_mg && config->step_mg >= 0 &&
-           config->step_mg <= config->max_mg && config->stable_band_mg >= 0 &&
-           config->stable_band_mg <= config->interval_mg;
-}
+    bool falls = false;
 
-static bool times_hold(const scale_config_t *config)
-{
-    const uint32_t max_us = 0x80000000U;
-
-    return config->stable_us >= 1U && config->stable_us <= max_us && config->gap_us >= 1U &&
-           config->gap_us <= max_us;
-}
-
-/* value / 2^bits into 32 bits, rounded down; false where it does not fit. */
-static bool shifted(scale_wide_t value, uint8_t bits, uint32_t *result)
-{
-    for (; bits != 0U; --bits) {
-        value.low = value.low >> 1 | value.high << 31;
-        value.high >>= 1;
+    if (config->points < 2U || config->points > SCALE_POINTS_MAX) { return SCALE_BAD_COUNT; }
+    for (uint8_t at = 0U; at < config->points; ++at) {
+        const int32_t counts_q7 = config->point_counts_q7[at], mass_mg = config->point_mass_mg[at];
+        if (counts_q7 < -SCALE_31_BITS || counts_q7 >= SCALE_31_BITS || mass_mg < -SCALE_MAX_MG ||
+            mass_mg > SCALE_MAX_MG) {
+            return SCALE_BAD_POINT;
+        }
+        if (at == 0U) { continue; }
+        int32_t       run  = counts_q7 - config->point_counts_q7[at - 1U]; /* |.| < 2^31 */
+        const int32_t rise = mass_mg - config->point_mass_mg[at - 1U];
+        if (at == 1U) { falls = run < 0; }
+        if (falls) { run = -run; }
+        if (run <= 0 || rise <= 0) { return SCALE_NOT_MONOTONE; }
+        if (rise >= run) { return SCALE_TOO_STEEP; }
+        if (scale != NULL) {
+            scale->slope_q32[at - 1U] = scale_wide_ratio((uint32_t)rise, (uint32_t)run);
+        }
     }
-    *result = value.low;
-    return value.high == 0U;
+    if (scale != NULL) { scale->falling = falls; }
+    return SCALE_OK;
 }
 
-static int32_t over_mg(const scale_config_t *config)
+/* 1/d in 1/mg, in Q40, or in Q32 where d is fine; 0 where the configuration allows none. */
+static uint32_t divide_display(const scale_config_t *config, bool *fine)
 {
-    return config->max_mg + config->interval_mg * 8 + config->interval_mg; /* < 2^30 */
-}
+    const uint8_t   digit  = config->digit;
+    const uint16_t *entry  = scale_unit_reciprocals[config->unit];
+    uint32_t        factor = digit == 1U ? 10U : digit == 2U ? 5U : 2U;
 
-/* 1/d in 1/mg, in Q40, or in Q32 where d is fine; false where the configuration allows none. */
-static bool divide_display(const scale_config_t *config, uint32_t *per_division, bool *fine)
-{
     if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX ||
-        (config->digit != 1U && config->digit != 2U && config->digit != 5U) ||
-        config->hysteresis_q8 > 127U) {
-        return false;
+        (digit != 1U && digit != 2U && digit != 5U) || config->hysteresis_q8 > 127U) {
+        return 0U;
     }
-    const uint8_t   digit    = config->digit == 5U ? 2U : (uint8_t)(config->digit - 1U);
-    const uint8_t   place    = (uint8_t)(config->unit * DIGITS + digit);
-    const uint16_t *entry    = scale_unit_reciprocals[place];
-    const uint32_t  mantissa = (uint32_t)port_rom_u16(&entry[0]) << 16 | port_rom_u16(&entry[1]);
-    const uint8_t   exponent = (uint8_t)port_rom_u16(&entry[2]);
-    uint32_t        power    = 1U;
-
     for (uint8_t decimal = config->decimals; decimal != 0U; --decimal) {
-        power = (power << 3) + (power << 1);
+        factor = (factor << 3) + (factor << 1); /* <= 10^7 */
     }
-    const scale_wide_t product = scale_wide_product(mantissa, power); /* < 2^52 */
-
-    *fine = !shifted(product, (uint8_t)(exponent - Q_COARSE), per_division);
-    return !*fine || (shifted(product, (uint8_t)(exponent - Q_FINE), per_division) &&
-                      over_mg(config) >> FINE_BITS == 0);
+    const uint32_t mantissa = (uint32_t)port_rom_u16(&entry[0]) << 16 | port_rom_u16(&entry[1]);
+    for (uint8_t bits = (uint8_t)(Q_FINE - port_rom_u16(&entry[2])); bits != 0U; --bits) {
+        if (factor >> 31 != 0U) { return 0U; }
+        factor <<= 1;
+    }
+    *fine = factor >> 24 != 0U;
+    if (!*fine) {
+        factor <<= 8;
+    } else if ((config->max_mg + config->interval_mg * 9) >> FINE_BITS != 0) {
+        return 0U;
+    }
+    return port_wide_high(mantissa, factor);
 }
 
 scale_status_t scale_init(scale_t *scale, const scale_config_t *config)
 {
-    uint32_t             per_division;
-    bool                 fine;
-    const scale_status_t points = check_points(config);
+    bool           fine;
+    scale_status_t status = take_points(config, NULL);
 
-    if (points != SCALE_OK) { return points; }
-    if (!ranges_hold(config)) { return SCALE_BAD_RANGE; }
-    if (!divide_display(config, &per_division, &fine)) { return SCALE_BAD_DIVISION; }
-    if (!times_hold(config)) { return SCALE_BAD_TIME; }
+    if (status == SCALE_OK) { status = check_ranges(config); }
+    if (status != SCALE_OK) { return status; }
+    const uint32_t per_division = divide_display(config, &fine);
+    if (per_division == 0U) { return SCALE_BAD_DIVISION; }
 
-    const uint32_t max_mg = (uint32_t)config->max_mg;
-    *scale                = (scale_t){
-                       .config        = config,
-                       .per_division  = per_division,
-                       .fine          = fine,
-                       .falling       = falls(config),
-                       .over_mg       = over_mg(config),
-                       .initial_mg    = (int32_t)scale_wide_product(max_mg, TENTH_Q32).high,
-                       .zero_range_mg = (int32_t)scale_wide_product(max_mg, FIFTIETH_Q32).high,
-    };
-    for (uint8_t at = 1U; at < config->points; ++at) {
-        const uint32_t counts = rise(config->point_counts_q7[at - 1U], config->point_counts_q7[at],
-                                     scale->falling);
-        const uint32_t mass   = rise(config->point_mass_mg[at - 1U], config->point_mass_mg[at],
-                                     false);
-        scale->slope_q32[at - 1U] = scale_wide_ratio(mass, counts);
-    }
-    return SCALE_OK;
+    *scale               = (scale_t){0};
+    scale->config        = config;
+    scale->per_division  = per_division;
+    scale->fine          = fine;
+    scale->zero_range_mg = (int32_t)port_wide_high((uint32_t)config->max_mg, FIFTIETH_Q32);
+    return take_points(config, scale);
 }

@@ -14,15 +14,15 @@ ORIGIN = "terazi.models.exact_scale, the contract of the header in unbounded int
 SAMPLE, ZERO, TARE, TARE_CLEAR, SHOW, COUNT_OUT, INTERRUPT = range(7)
 PERIOD_US = 12_500
 G_Q7 = 1_000_000 * 128 // 2328  # counts Q7 a gram of the nominal cell
-Row = tuple[int, int, int, int]  # command, argument, counts, time
+Row = tuple[int, int, int, int, int]  # command, argument, raw, counts, time
 CORNERS = {  # every field at a bound of scale.h
-    "point_counts_q7": [1 << 30, 50, 48, 40, 4, 0, -1 << 29, -1 << 30],
-    "point_mass_mg": [-500_000_000, -300, -299, -298, -297, -296, 1, 500_000_000],
-    "max_mg": 500_000_000,
-    "interval_mg": 500_000_000 // 16,
-    "under_mg": 500_000_000,
+    "point_counts_q7": [(1 << 30) - 1, 50, 48, 40, 4, 0, -1 << 29, -1 << 30],
+    "point_mass_mg": [-1 << 29, -300, -299, -298, -297, -296, 1, (1 << 29) - 2],
+    "max_mg": 1 << 29,
+    "interval_mg": 1 << 25,
+    "under_mg": 1 << 29,
     "step_mg": 0,
-    "stable_band_mg": 500_000_000 // 16,
+    "stable_band_mg": 1 << 24,
     "stable_us": 1,
     "gap_us": 1 << 31,
     "points": 8,
@@ -51,12 +51,13 @@ class _Stream:
     def stand(self, grams: float, count: int, noise: int = 900, drift_g: float = 0.0) -> None:
         for n in range(count):
             self.us = (self.us + PERIOD_US) % exact_scale.CLOCK_US
-            counts_q7 = round((grams + drift_g * n / count) * G_Q7)
-            counts_q7 += self.rng.randint(-noise, noise)
-            self.rows.append((SAMPLE, 0, counts_q7, self.us))
+            level = round((grams + drift_g * n / count) * G_Q7)
+            counts_q7 = level + self.rng.randint(-noise, noise)
+            raw_q7 = level + self.rng.randint(-8 * noise, 8 * noise)
+            self.rows.append((SAMPLE, 0, raw_q7, counts_q7, self.us))
 
     def command(self, command: int, argument: int = 0) -> None:
-        self.rows.append((command, argument, 0, 0))
+        self.rows.append((command, argument, 0, 0, 0))
 
 
 def _day(rng: random.Random) -> list[Row]:
@@ -103,9 +104,10 @@ def _wander(rng: random.Random, count: int) -> list[Row]:
         us = (us + rng.choice((1, PERIOD_US, 100_000, 1 << 31, rng.randrange(1 << 32)))) % (1 << 32)
         if rng.random() < 0.6:
             counts = rng.choice((rng.randint(-(1 << 31), (1 << 31) - 1), rng.randint(-9, 9)))
-        rows.append((SAMPLE, 0, counts, us))
+        raw = counts if rng.random() < 0.5 else rng.randint(-(1 << 31), (1 << 31) - 1)
+        rows.append((SAMPLE, 0, raw, counts, us))
         if rng.random() < 0.1:
-            rows.append((rng.randrange(ZERO, INTERRUPT + 1), rng.choice((0, 1, 2, 65535)), 0, 0))
+            rows.append((rng.randrange(ZERO, INTERRUPT + 1), rng.choice((0, 1, 2, 65535)), 0, 0, 0))
     return rows
 
 
@@ -120,8 +122,9 @@ def _ramp(rng: random.Random, top_g: float, count: int = 90) -> list[Row]:
 def play(twin: exact_scale.Scale, rows: Iterable[Row]) -> list[tuple[int, ...]]:
     """Rows with what the twin answers: flags or status, net mass, what is shown, pieces, mass."""
     played = []
-    for command, argument, counts_q7, device_us in rows:
+    for command, argument, raw_q7, counts_q7, device_us in rows:
         if command == SAMPLE:
+            twin.look(twin.mass(raw_q7))
             answer = int(twin.update(counts_q7, device_us))
         elif command in (TARE_CLEAR, INTERRUPT):
             (twin.tare_clear if command == TARE_CLEAR else twin.interrupt)()
@@ -131,7 +134,7 @@ def play(twin: exact_scale.Scale, rows: Iterable[Row]) -> list[tuple[int, ...]]:
         else:
             answer = int((twin.zero if command == ZERO else twin.tare)())
         results = (twin.net_mg, twin.shown, twin.pieces, twin.mass(counts_q7))
-        played.append((command, argument, counts_q7, device_us, answer, *results))
+        played.append((command, argument, raw_q7, counts_q7, device_us, answer, *results))
     return played
 
 
@@ -146,7 +149,10 @@ def _cases() -> Iterator[tuple[str, str, dict, list[Row]]]:
         "turned",
         "counts that fall with mass",
         turned,
-        [(command, argument, -counts, us) for command, argument, counts, us in _ramp(rng, 5500.0)],
+        [
+            (command, argument, -raw, -counts, us)
+            for command, argument, raw, counts, us in _ramp(rng, 5500.0)
+        ],
     )
     yield (
         "corners",
@@ -154,7 +160,7 @@ def _cases() -> Iterator[tuple[str, str, dict, list[Row]]]:
         CORNERS,
         _wander(rng, 300),
     )
-    fine = {"max_g": 200.0, "interval_g": 0.01}
+    fine = {"max_g": 200.0, "interval_g": 0.02}
     for unit, decimals, digit in (("g", 2, 1), ("kg", 5, 2), ("lb", 4, 5), ("oz", 3, 2)):
         config = design.config(unit=unit, decimals=decimals, digit=digit, **fine)
         yield f"unit_{unit}", f"{digit}e-{decimals} {unit} shown", config, _ramp(rng, 220.0)
@@ -171,7 +177,7 @@ def drafts() -> Iterator[Draft]:
             field: " ".join(map(str, value)) if isinstance(value, list) else str(value)
             for field, value in config.items()
         }
-        outcome = ("steps", "step_us", "step_from_mg", "step_to_mg", "peak_mg")
+        outcome = ("steps", "step_us", "step_from_mg", "step_to_mg", "kept_mg")
         yield Draft(
             f"scale_{name}",
             f"scale: {shows}",
@@ -179,6 +185,7 @@ def drafts() -> Iterator[Draft]:
                 "command": "0 sample, 1 zero, 2 tare, 3 tare clear, 4 show, 5 count out, "
                 "6 interrupt",
                 "argument": "of show and count out",
+                "raw": f"{COUNTS_Q7}, looked at before",
                 "counts": COUNTS_Q7,
                 "device_us": "us, uint32",
                 "answer": "flags of a sample, else scale_status_t",

@@ -19,11 +19,11 @@ def header(spec: Spec) -> str:
         "",
         "enum {",
         *(f"    SCALE_UNIT_{name} = {at}," for at, name in enumerate(names)),
-        f"    SCALE_UNIT_COUNT = {len(names)}, SCALE_UNIT_ENTRIES = {3 * len(names)}",
+        f"    SCALE_UNIT_COUNT = {len(names)}",
         "};",
         "",
-        "/* 1 / (unit in mg * digit 1, 2, 5): mantissa's upper and lower half, exponent. ROM */",
-        "extern const uint16_t scale_unit_reciprocals[SCALE_UNIT_ENTRIES][3];",
+        "/* 1 / (10 units in mg): mantissa's upper and lower half, exponent. ROM */",
+        "extern const uint16_t scale_unit_reciprocals[SCALE_UNIT_COUNT][3];",
         "",
         "extern const scale_config_t scale_default;",
     ]
@@ -39,12 +39,11 @@ def _value(field: str, value: int | list[int]) -> str:
 def source(spec: Spec) -> str:
     """Text of scale_units.c."""
     lines = ['#include "scale_units.h"', "", '#include "port_rom.h"', ""]
-    lines.append("const uint16_t scale_unit_reciprocals[SCALE_UNIT_ENTRIES][3] PORT_ROM = {")
+    lines.append("const uint16_t scale_unit_reciprocals[SCALE_UNIT_COUNT][3] PORT_ROM = {")
     table = scale.reciprocals(spec.content)
     for at, (mantissa, exponent) in enumerate(table):
-        name, digit = spec.content["unit"][at // 3]["name"], scale.DIGITS[at % 3]
         halves = f"{mantissa >> 16:#06x}U, {mantissa & 0xFFFF:#06x}U"
-        lines.append(f"    {{{halves}, {exponent}U}}, /* {digit} {name} */")
+        lines.append(f"    {{{halves}, {exponent}U}}, /* 10 {spec.content['unit'][at]['name']} */")
     lines += ["};", "", "const scale_config_t scale_default = {"]
     fields = scale.config(content=spec.content)
     lines += [f"    .{field} = {_value(field, value)}," for field, value in fields.items()]

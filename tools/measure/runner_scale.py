@@ -33,7 +33,7 @@ def drive_scale(core: AvrCore) -> None:
     for vector in golden("scale_"):
         if avr_scale.scale_init(core, config_of(vector)) != 0:
             raise ValueError(f"the chip refuses the configuration of {vector}")
-        columns = (vector[name] for name in ("command", "argument", "counts", "device_us"))
+        columns = (vector[name] for name in ("command", "argument", "raw", "counts", "device_us"))
         avr_scale.scale(core, zip(*columns, strict=True))
 
 

@@ -111,20 +111,35 @@ class Scale(CState):
         lib.scale_blocks_mass(self._c, pointer(counts), pointer(masses_mg), len(counts))
         return masses_mg
 
+    def look(self, raw_mass_mg: int) -> None:
+        """What is measured now, unfiltered; before update."""
+        lib.scale_look(self._c, raw_mass_mg)
+
     def update(self, counts_q7: int, device_us: int) -> ScaleFlag:
         """Take one estimate."""
         return ScaleFlag(lib.scale_update(self._c, counts_q7, device_us))
 
-    def block(self, counts_q7, device_us) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Take (n,) estimates with their times; gives flags, net masses in mg, what is shown."""
+    @property
+    def load_mg(self) -> int:
+        """Of the last sample, above zero."""
+        return self.mass_mg - self.zero_mg
+
+    def block(self, counts_q7, device_us, raw_q7=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Take (n,) estimates with their times; gives flags, net masses in mg, what is shown.
+
+        raw_q7 : (n,) measurements before any filter, which are looked at; None: they are not.
+        """
         counts = whole(counts_q7, np.int32, "counts")
+        raw = ffi.NULL if raw_q7 is None else pointer(whole(raw_q7, np.int32, "measurements"))
+        if raw_q7 is not None and len(raw_q7) != len(counts):
+            raise ValueError(f"{len(counts)} counts and {len(raw_q7)} measurements")
         times = whole(device_us, np.uint32, "times")
         if len(counts) != len(times):
             raise ValueError(f"{len(counts)} counts and {len(times)} times")
         flags = np.empty(len(counts), dtype=np.uint8)
         net_mg, shown = (np.empty(len(counts), dtype=np.int32) for _ in range(2))
         arrays = (pointer(array) for array in (counts, times, flags, net_mg, shown))
-        lib.scale_blocks_update(self._c, *arrays, len(counts))
+        lib.scale_blocks_update(self._c, raw, *arrays, len(counts))
         return flags, net_mg, shown
 
     def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:

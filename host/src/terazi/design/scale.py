@@ -12,6 +12,7 @@ from terazi.design.specs import CHECKOUT, INSTALLED
 
 POINTS_MAX = 8
 DIGITS = (1, 2, 5)
+TEN = 10
 OPTIONS = {"initial_zero": 1, "track_zero": 2}
 ONE_COUNT_Q7 = 128
 MG_PER_G, UG_PER_MG, US_PER_S = 1000, 1000, 1_000_000
@@ -45,8 +46,8 @@ def reciprocal(mg: Fraction) -> tuple[int, int]:
 
 
 def reciprocals(content: dict) -> list[tuple[int, int]]:
-    """The table of scale_units.c: each unit with each digit."""
-    return [reciprocal(unit_mg(unit) * digit) for unit in content["unit"] for digit in DIGITS]
+    """The table of scale_units.c: of ten of each unit, so that all digits go into it."""
+    return [reciprocal(unit_mg(unit) * TEN) for unit in content["unit"]]
 
 
 def default_points(content: dict | None = None) -> list[tuple[float, float]]:

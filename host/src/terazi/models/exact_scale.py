@@ -8,12 +8,14 @@ from enum import IntEnum, IntFlag
 
 from terazi.models.exact import COUNTER_MAX, rounded_shift
 
-COUNTS_MAX = MASS_MAX = 1 << 30
-POINT_MASS_MAX = MAX_MAX = 500_000_000
+BITS_31 = range(-1 << 30, 1 << 30)  # counts Q7 and masses
+COUNTS_MAX = BITS_31[-1]
+POINT_MASS_MAX = MAX_MAX = 1 << 29
 POINTS_MAX, DECIMALS_MAX = 8, 6
 TIME_MAX_US = 1 << 31
 CLOCK_US = 1 << 32
-TRACK_US = 1 << 17
+TRACK_US = 1 << 18
+ROUGH_MAX_Q4 = 1 << 30
 INITIAL_ZERO, TRACK_ZERO = 1, 2
 LIVE, HELD, PEAK = range(3)
 
@@ -48,6 +50,10 @@ class Status(IntEnum):
     UNKNOWN = 11
 
 
+def in_31_bits(value: int) -> int:
+    return min(max(value, BITS_31[0]), BITS_31[-1])
+
+
 def limit(value: int, bound: int) -> int:
     return min(max(value, -bound), bound)
 
@@ -58,16 +64,16 @@ def per_division(
     """(1/d in 1/mg, whether it is in Q32 and not in Q40), None where the display is unlawful."""
     if config["digit"] not in (1, 2, 5) or config["decimals"] > DECIMALS_MAX:
         return None
-    place = 3 * config["unit"] + (1, 2, 5).index(config["digit"])
-    if place >= len(reciprocals) or config["hysteresis_q8"] > 127:
+    if config["unit"] >= len(reciprocals) or config["hysteresis_q8"] > 127:
         return None
-    mantissa, exponent = reciprocals[place]
-    product = mantissa * 10 ** config["decimals"]
-    coarse, fine = product >> exponent - 40, product >> exponent - 32
-    if coarse < 1 << 32:
-        return coarse, False
+    mantissa, exponent = reciprocals[config["unit"]]
+    factor = 10 ** config["decimals"] * (10 // config["digit"]) << 64 - exponent
+    if factor < 1 << 24:
+        return rounded_shift(mantissa * factor, 24), False
     over_mg = config["max_mg"] + 9 * config["interval_mg"]
-    return (fine, True) if fine < 1 << 32 and over_mg < 1 << 23 else None
+    if factor >= 1 << 32 or over_mg >= 1 << 23:
+        return None
+    return rounded_shift(mantissa * factor, 32), True
 
 
 def judge(config: Mapping, reciprocals: Sequence[tuple[int, int]]) -> Status:
@@ -76,10 +82,12 @@ def judge(config: Mapping, reciprocals: Sequence[tuple[int, int]]) -> Status:
     if not 2 <= count <= POINTS_MAX:
         return Status.BAD_COUNT
     counts, masses = config["point_counts_q7"][:count], config["point_mass_mg"][:count]
-    if max(map(abs, counts)) > COUNTS_MAX or max(map(abs, masses)) > POINT_MASS_MAX:
-        return Status.BAD_POINT
     sign = -1 if counts[1] < counts[0] else 1
-    for at in range(1, count):
+    for at in range(count):
+        if counts[at] not in BITS_31 or abs(masses[at]) > POINT_MASS_MAX:
+            return Status.BAD_POINT
+        if at == 0:
+            continue
         run, rise = sign * (counts[at] - counts[at - 1]), masses[at] - masses[at - 1]
         if run <= 0 or rise <= 0:
             return Status.NOT_MONOTONE
@@ -89,12 +97,12 @@ def judge(config: Mapping, reciprocals: Sequence[tuple[int, int]]) -> Status:
         return Status.BAD_RANGE
     if not (0 <= config["under_mg"] <= max_mg and 0 <= config["step_mg"] <= max_mg):
         return Status.BAD_RANGE
-    if not 0 <= config["stable_band_mg"] <= e_mg:
+    if not 0 <= config["stable_band_mg"] <= e_mg // 2:
         return Status.BAD_RANGE
-    if per_division(config, reciprocals) is None:
-        return Status.BAD_DIVISION
     if not all(1 <= config[key] <= TIME_MAX_US for key in ("stable_us", "gap_us")):
         return Status.BAD_TIME
+    if per_division(config, reciprocals) is None:
+        return Status.BAD_DIVISION
     return Status.OK
 
 
@@ -113,32 +121,44 @@ class Scale:
         self.points = list(
             zip((self.sign * c for c in counts), config["point_mass_mg"][:count], strict=True)
         )
-        self.initial_mg = self.zero_q4 = self.tare_mg = 0
-        self.mass_mg = self.load_mg = self.net_mg = self.peak_mg = self.held_mg = 0
-        self.band: list[int] = []  # lowest and highest since since_us
-        self.since_us = self.last_us = self.left_us = self.tracking_us = 0
-        self.steady, self.settled_mg = False, None
+        self.zero_range_mg = (config["max_mg"] + 25) // 50
+        self.initial_mg = self.zero_mg = self.tare_mg = 0
+        self.mass_mg = self.net_mg = self.kept_mg = self.rough_mg_q4 = 0
+        self.low_mg = self.high_mg = 0  # of the band, since since_us
+        self.since_us = self.last_us = 0
+        self.begun, self.steady, self.settled_mg = False, False, None
         self.step_us = self.step_from_mg = self.step_to_mg = self.steps = 0
         self.divisions, self.show_what, self.per_piece_q32 = 0, LIVE, 0
         self.flags = Flag(0)
 
     def mass(self, counts_q7: int) -> int:
         """Mass by the calibration alone."""
-        x = self.sign * limit(counts_q7, COUNTS_MAX)
+        x = self.sign * in_31_bits(counts_q7)
         at = max([n for n, (point, _) in enumerate(self.points[:-1]) if point <= x], default=0)
         (x0, m0), (x1, m1) = self.points[at : at + 2]
         slope_q32 = ((m1 - m0) << 32) // (x1 - x0)
         risen = rounded_shift(abs(x - x0) * slope_q32, 32)
-        return limit(m0 + risen if x >= x0 else m0 - risen, MASS_MAX)
+        return in_31_bits(m0 + risen if x >= x0 else m0 - risen)
 
     @property
-    def zero_mg(self) -> int:
-        return rounded_shift(self.zero_q4, 4)
+    def load_mg(self) -> int:
+        return self.mass_mg - self.zero_mg
+
+    def look(self, raw_mass_mg: int) -> None:
+        """A measurement before any filter."""
+        band = self.config["stable_band_mg"]
+        reach = band + max(band // 2 + band // 4, self.rough_mg_q4 // 4)
+        off = abs(raw_mass_mg - self.mass_mg)
+        if raw_mass_mg > self.low_mg + reach or raw_mass_mg < self.high_mg - reach:
+            self._unsettle()
+            off = self.rough_mg_q4 // 16 + self.rough_mg_q4 // 32 + 16
+        off = min(off, ROUGH_MAX_Q4)
+        self.rough_mg_q4 = min(self.rough_mg_q4 - self.rough_mg_q4 // 16 + off, ROUGH_MAX_Q4)
 
     def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:
         """A zero and a tare of before; firm: no initial zero."""
-        if abs(zero_mg) <= self.config["max_mg"] // 10 + self.config["max_mg"] // 50:
-            self.initial_mg, self.zero_q4 = zero_mg, 16 * zero_mg
+        if abs(zero_mg) <= 6 * self.zero_range_mg:
+            self.initial_mg = self.zero_mg = zero_mg
         self.flags = Flag.ZEROED if firm else Flag(0)
         if 0 < tare_mg <= self.config["max_mg"]:
             self.tare_mg = tare_mg
@@ -146,57 +166,63 @@ class Scale:
 
     def interrupt(self) -> None:
         """Samples were lost."""
-        self._unsettle(self.last_us)
-        self.band = []
+        self._unsettle()
         self.flags &= ~Flag.STABLE
 
-    def _unsettle(self, us: int) -> None:
+    def _unsettle(self) -> None:
         if self.steady:
-            self.left_us = us
-        self.steady, self.tracking_us = False, 0
+            self.step_us = self.last_us
+        self.steady = self.begun = False
 
-    def _watch(self, us: int) -> None:
-        mass = self.mass_mg
-        wider = [min([*self.band, mass]), max([*self.band, mass])]
-        if not self.band or wider[1] - wider[0] > self.config["stable_band_mg"]:
-            self._unsettle(us)
-            self.band, self.since_us = [mass, mass], us
-        else:
-            self.band = wider
-            if not self.steady and (us - self.since_us) % CLOCK_US >= self.config["stable_us"]:
-                self._settle()
+    def _allowed(self, stood_us: int) -> int:
+        """How far masses may lie apart."""
+        band = self.config["stable_band_mg"]
         if self.steady:
-            self.settled_mg = mass
+            return band + band // 2
+        return band // 2 if stood_us < self.config["stable_us"] // 4 else band
+
+    def _watch(self) -> None:
+        stood_us = (self.last_us - self.since_us) % CLOCK_US
+        if self.begun:
+            self.low_mg = min(self.low_mg, self.mass_mg)
+            self.high_mg = max(self.high_mg, self.mass_mg)
+        if not self.begun or self.high_mg - self.low_mg > self._allowed(stood_us):
+            self._unsettle()
+            self.begun = True
+            self.low_mg = self.high_mg = self.mass_mg
+            self.since_us = self.last_us
+        elif self.steady:
+            self._track()
+        elif stood_us >= self.config["stable_us"]:
+            self._settle()
 
     def _settle(self) -> None:
         self.steady = True
+        self.since_us = self.last_us
         if self.settled_mg is None:
-            near = abs(self.mass_mg) <= self.config["max_mg"] // 10
+            near = abs(self.mass_mg) <= 5 * self.zero_range_mg
             if self.config["options"] & INITIAL_ZERO and near and not self.flags & Flag.ZEROED:
                 self.initial_mg = self.mass_mg
                 self._set_zero()
         elif abs(self.mass_mg - self.settled_mg) > self.config["step_mg"]:
-            self.step_us = self.left_us
             self.step_from_mg = self.settled_mg - self.zero_mg
-            self.step_to_mg = self.mass_mg - self.zero_mg
+            self.step_to_mg = self.load_mg
             self.steps = min(self.steps + 1, COUNTER_MAX)
             self.flags |= Flag.STEPPED
+        self.settled_mg = self.mass_mg
 
     def _set_zero(self) -> None:
-        self.zero_q4, self.tracking_us = 16 * self.mass_mg, 0
+        self.zero_mg = self.mass_mg
         self.flags |= Flag.ZEROED
 
-    def _track(self, elapsed_us: int) -> None:
-        e, load = self.config["interval_mg"], self.mass_mg - self.zero_mg
-        if not self.config["options"] & TRACK_ZERO or abs(load) > e // 2:
-            self.tracking_us = 0
-            return
-        self.tracking_us += elapsed_us
-        if self.tracking_us < TRACK_US:
-            return
-        self.tracking_us = 0
-        centre, span = 16 * self.initial_mg, 16 * (self.config["max_mg"] // 50)
-        self.zero_q4 = centre + limit(self.zero_q4 + limit(16 * load, e) - centre, span)
+    def _track(self) -> None:
+        e = self.config["interval_mg"]
+        if self.config["options"] & TRACK_ZERO and abs(self.load_mg) <= e // 2:
+            if (self.last_us - self.since_us) % CLOCK_US < TRACK_US:
+                return
+            wanted = self.zero_mg + limit(self.load_mg, e // 8) - self.initial_mg
+            self.zero_mg = self.initial_mg + limit(wanted, self.zero_range_mg)
+        self.since_us = self.last_us
 
     def _display(self, mass_mg: int) -> None:
         size = abs(mass_mg)
@@ -210,20 +236,19 @@ class Scale:
 
     def update(self, counts_q7: int, device_us: int) -> Flag:
         """Take one estimate."""
-        elapsed_us = (device_us - self.last_us) % CLOCK_US
-        if elapsed_us > self.config["gap_us"]:
+        if (device_us - self.last_us) % CLOCK_US > self.config["gap_us"]:
             self.interrupt()
         self.last_us = device_us
+        if self.steady:
+            self.settled_mg = self.mass_mg
         self.mass_mg = self.mass(counts_q7)
         self.flags &= Flag.ZEROED | Flag.TARED | Flag.FROZEN
-        was_steady = self.steady
-        self._watch(device_us)
-        if was_steady and self.steady:
-            self._track(elapsed_us)
-        self.load_mg = load = self.mass_mg - self.zero_mg
-        self.net_mg = load - self.tare_mg
-        self.peak_mg = max(self.peak_mg, self.net_mg)
-        e = self.config["interval_mg"]
+        self._watch()
+        self.net_mg = self.load_mg - self.tare_mg
+        if self.show_what != HELD:
+            at_least = self.kept_mg if self.show_what == PEAK else self.net_mg
+            self.kept_mg = max(self.net_mg, at_least)
+        load, e = self.load_mg, self.config["interval_mg"]
         if load > self.config["max_mg"] + 9 * e:
             self.flags |= Flag.OVER
         elif load < -self.config["under_mg"]:
@@ -231,13 +256,13 @@ class Scale:
         else:
             self.flags |= Flag.STABLE if self.steady else Flag(0)
             self.flags |= Flag.AT_ZERO if abs(load) <= e // 4 else Flag(0)
-        self._display((self.net_mg, self.held_mg, self.peak_mg)[self.show_what])
+        self._display(self.kept_mg)
         return self.flags
 
     def zero(self) -> Status:
         if Flag.STABLE not in self.flags:
             return Status.NOT_STABLE
-        if abs(self.mass_mg - self.initial_mg) > self.config["max_mg"] // 50:
+        if abs(self.mass_mg - self.initial_mg) > self.zero_range_mg:
             return Status.OUT_OF_RANGE
         self._set_zero()
         return Status.OK
@@ -258,9 +283,7 @@ class Scale:
     def show(self, what: int) -> Status:
         if what not in (LIVE, HELD, PEAK):
             return Status.UNKNOWN
-        self.show_what, self.held_mg = what, self.net_mg
-        if what == PEAK:
-            self.peak_mg = self.net_mg
+        self.show_what, self.kept_mg = what, self.net_mg
         self.flags = self.flags & ~Flag.FROZEN | (Flag.FROZEN if what else Flag(0))
         return Status.OK
 

@@ -14,9 +14,9 @@ from terazi.design import scale as design
 STABLE, AT_ZERO, OVER, UNDER, STEPPED, ZEROED = 1, 2, 4, 8, 16, 32
 MASS_BUDGET_MG = 1.0  # |C - model| of the calibrated mass, shared_c/notes/scale.md
 LOAD_BUDGET_MG = 2.75  # of the load above zero, which may have been tracked
-TRACK_S = 2.0**17 * 1e-6
-COUNT_RAIL = 2.0**30 / design.ONE_COUNT_Q7
-MASS_RAIL_MG = 2.0**30
+REACH_BUDGET_MG = 4.0  # of how far a measurement may lie off
+TRACK_S = 2.0**18 * 1e-6
+BITS_31 = (-(2.0**30), 2.0**30 - 1)  # counts Q7 and masses
 
 
 def mass_mg(counts, points: Sequence[tuple[float, float]]):
@@ -27,10 +27,12 @@ def mass_mg(counts, points: Sequence[tuple[float, float]]):
     """
     x, m = (np.array(each, dtype=np.float64) for each in zip(*points, strict=True))
     sign = 1.0 if x[1] > x[0] else -1.0
-    limited = np.clip(np.asarray(counts, dtype=np.float64), -COUNT_RAIL, COUNT_RAIL)
+    limited = np.clip(
+        np.asarray(counts, dtype=np.float64), *(np.array(BITS_31) / design.ONE_COUNT_Q7)
+    )
     at = np.clip(np.searchsorted(sign * x, sign * limited, side="right") - 1, 0, len(x) - 2)
     slope = (m[at + 1] - m[at]) / (x[at + 1] - x[at])
-    return np.clip(m[at] + (limited - x[at]) * slope, -MASS_RAIL_MG, MASS_RAIL_MG)
+    return np.clip(m[at] + (limited - x[at]) * slope, *BITS_31)
 
 
 def division_mg(config: Mapping) -> float:
@@ -55,7 +57,8 @@ class _Scale:
         self.config = config
         self.division_mg = division_mg(config)
         self.zero = self.initial = 0.0
-        self.low = self.high = self.since_s = self.left_s = self.tracking_s = 0.0
+        self.low = self.high = self.since_s = self.left_s = self.now_s = 0.0
+        self.mass = self.rough = 0.0
         self.begun = self.steady = False
         self.settled: float | None = None
         self.steps: list[tuple[float, float, float]] = []
@@ -63,29 +66,47 @@ class _Scale:
         self.flags = 0
         self.margin = np.inf
 
-    def decide(self, value: float, limit: float) -> bool:
-        """Whether value exceeds limit."""
-        self.margin = min(self.margin, abs(value - limit))
+    def decide(self, value: float, limit: float, slack: float = 0.0) -> bool:
+        """Whether value exceeds limit, which the C knows to within slack."""
+        self.margin = min(self.margin, abs(value - limit) - slack)
         return value > limit
 
-    def unsettle(self, time_s: float) -> None:
+    def unsettle(self) -> None:
         if self.steady:
-            self.left_s = time_s
-        self.steady, self.tracking_s = False, 0.0
+            self.left_s = self.now_s
+        self.steady = self.begun = False
 
-    def watch(self, mass: float, time_s: float) -> None:
-        low, high = min(self.low, mass), max(self.high, mass)
-        if not self.begun or self.decide(high - low, self.config["stable_band_mg"]):
-            self.unsettle(time_s)
+    def look(self, raw: float) -> None:
+        band = self.config["stable_band_mg"]
+        reach = band + max(0.75 * band, 4 * self.rough)
+        off = abs(raw - self.mass)
+        if self.decide(max(raw - self.low, self.high - raw), reach, REACH_BUDGET_MG):
+            self.unsettle()
+            off = 1.5 * self.rough + 16
+        self.rough += (off - self.rough) / 16
+
+    def watch(self, mass: float, now_s: float) -> None:
+        if self.steady:
+            self.settled = self.mass
+        self.mass, self.now_s = mass, now_s
+        self.low, self.high = min(self.low, mass), max(self.high, mass)
+        stood_s, band = now_s - self.since_s, self.config["stable_band_mg"]
+        stable_s = self.config["stable_us"] * 1e-6 - 1e-9
+        if self.steady:
+            band *= 1.5
+        elif stood_s < stable_s / 4:
+            band *= 0.5
+        if not self.begun or self.decide(self.high - self.low, band):
+            self.unsettle()
             self.low = self.high = mass
-            self.since_s, self.begun = time_s, True
-            return
-        self.low, self.high = low, high
-        if not self.steady and time_s - self.since_s >= self.config["stable_us"] * 1e-6 - 1e-9:
+            self.since_s, self.begun = now_s, True
+        elif self.steady:
+            self.track(mass)
+        elif stood_s >= stable_s:
             self.settle(mass)
 
     def settle(self, mass: float) -> None:
-        self.steady = True
+        self.steady, self.since_s = True, self.now_s
         if self.settled is None:
             wanted = self.config["options"] & design.OPTIONS["initial_zero"]
             if wanted and not self.decide(abs(mass), 0.1 * self.config["max_mg"]):
@@ -94,20 +115,18 @@ class _Scale:
         elif self.decide(abs(mass - self.settled), self.config["step_mg"]):
             self.flags |= STEPPED
             self.steps.append((self.left_s, self.settled - self.zero, mass - self.zero))
+        self.settled = mass
 
-    def track(self, mass: float, elapsed_s: float) -> None:
+    def track(self, mass: float) -> None:
         e, load = self.config["interval_mg"], mass - self.zero
         wanted = self.config["options"] & design.OPTIONS["track_zero"]
-        if not wanted or self.decide(abs(load), e / 2):
-            self.tracking_s = 0.0
-            return
-        self.tracking_s += elapsed_s
-        if self.tracking_s < TRACK_S - 1e-9:
-            return
-        self.tracking_s = 0.0
-        span = 0.02 * self.config["max_mg"]
-        wanted = self.zero + np.clip(load, -e / 16, e / 16)
-        self.zero = float(np.clip(wanted, self.initial - span, self.initial + span))
+        if wanted and not self.decide(abs(load), e / 2):
+            if self.now_s - self.since_s < TRACK_S - 1e-9:
+                return
+            span = 0.02 * self.config["max_mg"]
+            moved = self.zero + np.clip(load, -e / 8, e / 8)
+            self.zero = float(np.clip(moved, self.initial - span, self.initial + span))
+        self.since_s = self.now_s
 
     def display(self, load: float) -> None:
         there = load / self.division_mg
@@ -119,31 +138,31 @@ class _Scale:
             self.divisions = int(np.floor(there + 0.5))
 
 
-def scale(counts, time_s, config: Mapping) -> ScaleResult:
+def scale(counts, time_s, config: Mapping, raw=None) -> ScaleResult:
     """Float64 truth for ``scale_update`` over a run without commands.
 
     counts : (n,) float64 filtered counts; time_s : (n,) float64, rising, from 0 on.
     config : fields of scale_config_t.
+    raw : (n,) float64 counts before the filters, for ``scale_look``; None: it is not called.
 
     Nothing is rounded but what is shown. The C lies within LOAD_BUDGET_MG of load_mg, and decides
     and shows the same where margin_mg is above twice that: shared_c/notes/scale.md.
     """
     used = slice(0, config["points"])
     x = np.array(config["point_counts_q7"][used]) / design.ONE_COUNT_Q7
-    masses = mass_mg(counts, list(zip(x, config["point_mass_mg"][used], strict=True)))
-    one, e, last_s = _Scale(config), config["interval_mg"], 0.0
+    points = list(zip(x, config["point_mass_mg"][used], strict=True))
+    masses = mass_mg(counts, points).tolist()
+    raws = [None] * len(masses) if raw is None else mass_mg(raw, points).tolist()
+    one, e = _Scale(config), config["interval_mg"]
     loads, shown, flags = np.zeros(len(masses)), np.zeros(len(masses), int), []
-    for n, (mass, now_s) in enumerate(zip(masses.tolist(), np.asarray(time_s), strict=True)):
-        elapsed_s, last_s = now_s - last_s, now_s
-        if elapsed_s > config["gap_us"] * 1e-6 + 1e-9:
-            one.unsettle(now_s - elapsed_s)
-            one.begun = False
+    times = np.asarray(time_s).tolist()
+    for n, (mass, raw_mass, now_s) in enumerate(zip(masses, raws, times, strict=True)):
+        if raw_mass is not None:
+            one.look(raw_mass)
+        if now_s - one.now_s > config["gap_us"] * 1e-6 + 1e-9:
+            one.unsettle()
         one.flags &= ZEROED
-        was_steady = one.steady
         one.watch(mass, now_s)
-        one.settled = mass if one.steady else one.settled
-        if was_steady and one.steady:
-            one.track(mass, elapsed_s)
         loads[n] = load = mass - one.zero
         if one.decide(load, config["max_mg"] + 9 * e):
             one.flags |= OVER

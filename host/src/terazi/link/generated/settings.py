@@ -128,12 +128,12 @@ SETTINGS: tuple[Setting, ...] = (
         'stable loads further apart than this are a step',
     ),
     Setting(
-        4, 'scale', 'stable_band_mg', 'i32', 'mg', 0, 500000000, 500,
+        4, 'scale', 'stable_band_mg', 'i32', 'mg', 0, 500000000, 400,
         (), False, False, '',
         'stable: masses within this band; at most e',
     ),
     Setting(
-        5, 'scale', 'stable_us', 'u32', 'us', 1, 2147483647, 500000,
+        5, 'scale', 'stable_us', 'u32', 'us', 1, 2147483647, 400000,
         (), False, False, '',
         'stable: for so long at least',
     ),
