@@ -34,6 +34,8 @@ WARNINGS = [
 ]
 CALLBACK = """
 extern "Python" void virtual_uno_source(void *, const uint64_t *, double *, uint32_t);
+extern "Python" void virtual_uno_part_source(
+    void *, uint8_t, const uint64_t *, uint8_t, double *, uint32_t);
 """
 GLUE = """
 #include "uno.h"
@@ -42,6 +44,15 @@ void uno_source(void *ctx, const uint64_t *ticks, double *counts, uint32_t n);
 void uno_source(void *ctx, const uint64_t *ticks, double *counts, uint32_t n)
 {
     virtual_uno_source(ctx, ticks, counts, n);
+}
+static void virtual_uno_part_source(
+    void *, uint8_t, const uint64_t *, uint8_t, double *, uint32_t);
+void uno_part_source(
+    void *ctx, uint8_t part, const uint64_t *ticks, uint8_t filter, double *rows, uint32_t n);
+void uno_part_source(
+    void *ctx, uint8_t part, const uint64_t *ticks, uint8_t filter, double *rows, uint32_t n)
+{
+    virtual_uno_part_source(ctx, part, ticks, filter, rows, n);
 }
 """
 

@@ -23,6 +23,22 @@ def as_function(load):
     return lambda t_s: np.full(np.shape(t_s), value)
 
 
+def as_vectors(signal, width=3):
+    """Return a function of (n,) seconds that gives (n, width) values.
+
+    signal : ``width`` numbers, ``(array of width columns, rate_hz)`` or a function of (n,) seconds
+    that gives (n, width), or (n,) where width is 1. Arrays are interpolated and hold their ends.
+    """
+    if callable(signal):
+        return lambda t_s: np.asarray(signal(t_s), float).reshape(len(t_s), width)
+    if isinstance(signal, tuple) and len(signal) == 2 and np.ndim(signal[0]) > 0:
+        columns = np.asarray(signal[0], float).reshape(-1, width)
+        at_s = np.arange(len(columns)) / float(signal[1])
+        return lambda t_s: np.column_stack([np.interp(t_s, at_s, each) for each in columns.T])
+    values = np.asarray(signal, float).reshape(width)
+    return lambda t_s: np.tile(values, (len(t_s), 1))
+
+
 def _vectorised(function):
     probe_s = np.array([0.0, 1e-3, 2e-3])
     try:

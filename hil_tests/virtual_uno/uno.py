@@ -7,7 +7,7 @@ import weakref
 
 import numpy as np
 
-from virtual_uno import hx711, signals
+from virtual_uno import hx711, imu, signals
 from virtual_uno.core_lib import ffi, lib
 from virtual_uno.profile import Profile
 from virtual_uno.program import SRAM_BASE, read_hex, read_program
@@ -52,6 +52,19 @@ def _source(handle, ticks, counts, n):
     into = np.frombuffer(ffi.buffer(counts, 8 * n), np.float64)
     try:
         into[:] = uno.signal_counts(at)
+    except Exception as error:  # raised again where Python called run()
+        into[:] = 0.0
+        uno.signal_error = error
+
+
+@ffi.def_extern(name="virtual_uno_part_source")
+def _part_source(handle, part, ticks, dlpf, rows, n):
+    uno = ffi.from_handle(handle)()
+    at = np.frombuffer(ffi.buffer(ticks, 8 * n), np.uint64)
+    width = imu.WIDTHS[part]
+    into = np.frombuffer(ffi.buffer(rows, 8 * n * width), np.float64).reshape(n, width)
+    try:
+        into[:] = imu.part_signals(uno, part, at, dlpf)
     except Exception as error:  # raised again where Python called run()
         into[:] = 0.0
         uno.signal_error = error
@@ -103,6 +116,7 @@ class Uno:
         self.signal_error = None
         self.uart = Uart(self.core)
         self.eeprom = Eeprom(self.core)
+        self.imu, self.mag, self.bus = imu.Imu(self), imu.Magnetometer(self), imu.Bus(self)
         self.program = None
         self._counts_at = None
         if program is not None:

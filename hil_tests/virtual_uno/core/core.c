@@ -160,6 +160,7 @@ static void after_reset(uno_t *uno, uint64_t cycle, uint8_t mcusr)
     usart_after_reset(uno);
     twi_after_reset(uno);
     eeprom_after_reset(uno);
+    parts_after_reset(uno, false);
     probe_after_reset(uno);
     avr->run_cycle_limit = uno->probe.on ? 1U : CORE_RUN_LIMIT_CYCLES;
     hx711_sck(uno->hx711, cycle, 0); /* PD3 is an input now; the part pulls nothing up */
@@ -186,6 +187,7 @@ void uno_reset(uno_t *uno, uint8_t cause)
     if (power) {
         hx711_power_on(uno->hx711, cycle);
         hx711_rearm(uno);
+        parts_after_reset(uno, true);
     }
 }
 
@@ -256,6 +258,7 @@ uno_t *uno_new(void *source_ctx, const hx711_config_t *config, uint64_t seed)
     usart_init(uno);
     twi_init(uno);
     eeprom_init(uno);
+    parts_init(uno);
     avr_irq_register_notify(uno->pins.irq_d + SCK_BIT, sck_moved, uno);
     hx711_connect(uno->hx711, dout_moved, signal_wanted, uno);
     uno_reset(uno, UNO_RESET_POWER_ON);

@@ -9,6 +9,12 @@ enum {
     TWDR_ADDR = 0xBB,
     TWCR_ADDR = 0xBC,
 
+    PINC_ADDR  = 0x26,
+    DDRC_ADDR  = 0x27,
+    PORTC_ADDR = 0x28,
+    SDA_MASK   = 0x10,
+    SCL_MASK   = 0x20,
+
     TWINT = 0x80, /* TWCR */
     TWEA  = 0x40,
     TWSTA = 0x20,
@@ -27,6 +33,7 @@ enum {
     S_WRITE_NACK = 0x20,
     S_SENT_ACK   = 0x28,
     S_SENT_NACK  = 0x30,
+    S_LOST       = 0x38, /* arbitration */
     S_READ_ACK   = 0x40,
     S_READ_NACK  = 0x48,
     S_GOT_ACKED  = 0x50,
@@ -64,7 +71,8 @@ static void finish_address(uno_t *uno)
     twi->selected = NULL;
     for (uint8_t i = 0; i < twi->device_count; i++) {
         twi_device_t *device = &twi->devices[i];
-        if (device->address == sla_rw >> 1 && device->start(device->ctx, twi->reading)) {
+        if (device->address == sla_rw >> 1 && !twi->fault.deaf &&
+            device->start(device->ctx, twi->reading)) {
             twi->selected = device;
         }
     }
@@ -81,7 +89,7 @@ static void finish_address(uno_t *uno)
 static void finish_send(uno_t *uno)
 {
     twi_t     *twi   = &uno->twi;
-    const bool acked = twi->selected &&
+    const bool acked = twi->selected && !twi->fault.deaf &&
                        twi->selected->write(twi->selected->ctx, uno->avr->data[TWDR_ADDR]);
 
     uno->stats.twi_bytes++;
@@ -95,8 +103,32 @@ static void finish_receive(uno_t *uno)
     const uint8_t cr  = uno->avr->data[TWCR_ADDR];
 
     uno->avr->data[TWDR_ADDR] = twi->selected ? twi->selected->read(twi->selected->ctx) : 0xFF;
+    if (twi->fault.sda_stuck) { uno->avr->data[TWDR_ADDR] = 0; }
     uno->stats.twi_bytes++;
     status(uno, (cr & TWEA) ? S_GOT_ACKED : S_GOT_NACKED, true);
+}
+
+/* A line held low keeps the bus as it is: no START and no STOP without SDA, nothing without SCL. */
+static bool is_held(const twi_t *twi)
+{
+    if (twi->fault.scl_stuck) { return true; }
+    return twi->fault.sda_stuck && (twi->action == ACT_START || twi->action == ACT_STOP);
+}
+
+/* A one that is sent while somebody holds SDA low is another master's zero. */
+static bool loses_arbitration(uno_t *uno)
+{
+    twi_t *twi = &uno->twi;
+
+    if (!twi->fault.sda_stuck || (twi->action != ACT_ADDRESS && twi->action != ACT_SEND) ||
+        uno->avr->data[TWDR_ADDR] == 0U) {
+        return false;
+    }
+    twi->action   = ACT_NONE;
+    twi->phase    = PHASE_IDLE;
+    twi->selected = NULL;
+    status(uno, S_LOST, true);
+    return true;
 }
 
 static avr_cycle_count_t action_done(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -105,6 +137,8 @@ static avr_cycle_count_t action_done(avr_t *avr, avr_cycle_count_t when, void *p
     twi_t        *twi    = &uno->twi;
     const uint8_t action = twi->action;
 
+    if (is_held(twi)) { return when + bit_cycles(avr); }
+    if (loses_arbitration(uno)) { return 0; }
     twi->action = ACT_NONE;
     switch (action) {
     case ACT_STOP:
@@ -112,7 +146,7 @@ static avr_cycle_count_t action_done(avr_t *avr, avr_cycle_count_t when, void *p
         twi->phase    = PHASE_IDLE;
         twi->selected = NULL;
         status(uno, S_NOTHING, false);
-        if (twi->restart) {
+        if (twi->restart || avr->data[TWCR_ADDR] & TWSTA) {
             twi->action = ACT_START;
             return when + bit_cycles(avr);
         }
@@ -187,6 +221,49 @@ static void twsr_write(avr_t *avr, avr_io_addr_t addr, uint8_t v, void *param)
     avr->data[addr] = (uint8_t)((avr->data[addr] & 0xF8U) | (v & 3U));
 }
 
+/* --- the lines as port C --- */
+
+static uint8_t pinc_read(avr_t *avr, avr_io_addr_t addr, void *param)
+{
+    const uno_t       *uno    = param;
+    const twi_fault_t *fault  = &uno->twi.fault;
+    const uint8_t      output = avr->data[DDRC_ADDR];
+    const uint8_t      lines  = (uint8_t)((fault->sda_stuck ? 0 : SDA_MASK) |
+                                    (fault->scl_stuck ? 0 : SCL_MASK));
+    const uint8_t      inputs = (uint8_t)((avr->data[addr] & ~(SDA_MASK | SCL_MASK)) | lines);
+
+    return (uint8_t)((inputs & ~output) | (avr->data[PORTC_ADDR] & output));
+}
+
+/* The program pulls SCL low by making it an output that is low. */
+static void scl_follows(uno_t *uno, uint8_t output, uint8_t port)
+{
+    twi_t     *twi = &uno->twi;
+    const bool scl = !(output & ~port & SCL_MASK) && !twi->fault.scl_stuck;
+
+    if (scl == twi->scl) { return; }
+    twi->scl = scl;
+    if (!scl || uno->avr->data[TWCR_ADDR] & TWEN) { return; }
+    uno->stats.twi_free_clocks++;
+    if (twi->fault.sda_clocks && --twi->fault.sda_clocks == 0U) { twi->fault.sda_stuck = 0; }
+}
+
+static void ddrc_written(avr_irq_t *irq, uint32_t value, void *param)
+{
+    uno_t *uno = param;
+
+    (void)irq;
+    scl_follows(uno, (uint8_t)value, uno->avr->data[PORTC_ADDR]);
+}
+
+static void portc_written(avr_irq_t *irq, uint32_t value, void *param)
+{
+    uno_t *uno = param;
+
+    (void)irq;
+    scl_follows(uno, uno->avr->data[DDRC_ADDR], (uint8_t)value);
+}
+
 /* At RETI a flag that the handler did not clear asks again. */
 static void handler_left(avr_irq_t *irq, uint32_t running, void *param)
 {
@@ -208,6 +285,13 @@ void twi_init(uno_t *uno)
     core_hook(uno, TWDR_ADDR, NULL, NULL);
     core_hook(uno, TWBR_ADDR, NULL, NULL);
     avr_irq_register_notify(uno->twi.simavr->twi.irq + AVR_INT_IRQ_RUNNING, handler_left, uno);
+
+    avr_irq_t *port_c = ((avr_ioport_t *)core_find_io(uno->avr, "port", 'C'))->io.irq;
+    avr_irq_register_notify(port_c + IOPORT_IRQ_DIRECTION_ALL, ddrc_written, uno);
+    avr_irq_register_notify(port_c + IOPORT_IRQ_REG_PORT, portc_written, uno);
+    uno->avr->io[AVR_DATA_TO_IO(PINC_ADDR)].r.c     = pinc_read;
+    uno->avr->io[AVR_DATA_TO_IO(PINC_ADDR)].r.param = uno;
+    uno->twi.scl                                    = true;
 }
 
 void twi_after_reset(uno_t *uno)
@@ -215,6 +299,7 @@ void twi_after_reset(uno_t *uno)
     uno->twi.action           = ACT_NONE;
     uno->twi.phase            = PHASE_IDLE;
     uno->twi.selected         = NULL;
+    uno->twi.scl              = !uno->twi.fault.scl_stuck;
     uno->avr->data[TWSR_ADDR] = S_NOTHING;
     uno->avr->data[TWDR_ADDR] = 0xFF;
 }
@@ -249,16 +334,34 @@ static uint8_t registers_read(void *ctx)
     return file->regs[file->pointer++];
 }
 
-void uno_twi_attach_registers(uno_t *uno, uint8_t address)
+bool twi_attach(uno_t *uno, const twi_device_t *device)
 {
     twi_t *twi = &uno->twi;
 
-    if (twi->device_count == TWI_DEVICES) { return; }
-    twi->devices[twi->device_count++] = (twi_device_t){.ctx     = &twi->registers,
-                                                       .address = address,
-                                                       .start   = registers_start,
-                                                       .write   = registers_write,
-                                                       .read    = registers_read};
+    if (twi->device_count == TWI_DEVICES) { return false; }
+    twi->devices[twi->device_count++] = *device;
+    return true;
+}
+
+void uno_twi_attach_registers(uno_t *uno, uint8_t address)
+{
+    const twi_device_t device = {.ctx     = &uno->twi.registers,
+                                 .address = address,
+                                 .start   = registers_start,
+                                 .write   = registers_write,
+                                 .read    = registers_read};
+
+    (void)twi_attach(uno, &device);
+}
+
+void uno_twi_set_fault(uno_t *uno, const twi_fault_t *fault)
+{
+    uno->twi.fault = *fault;
+}
+
+void uno_twi_get_fault(const uno_t *uno, twi_fault_t *fault)
+{
+    *fault = uno->twi.fault;
 }
 
 void uno_twi_registers_get(const uno_t *uno, uint8_t *regs)

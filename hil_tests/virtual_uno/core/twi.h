@@ -5,6 +5,9 @@
  *           (TWBR, TWPS); TWINT is a level that only the program clears, by writing one
  * Devices   up to TWI_DEVICES; each answers its address and is told of writes, reads and STOP.
  *           With none, every address is refused (NACK)
+ * Lines     SDA = PC4, SCL = PC5, with pull-ups on the board; a line that is stuck low holds the
+ *           bus, loses arbitration or reads as zeros; the program sees both in PINC and, with the
+ *           TWI off, can clock SCL by DDRC
  * Bad data  no other master, no clock stretching, no slave mode
  */
 #ifndef TWI_H
@@ -14,6 +17,8 @@
 #include <stdint.h>
 
 #include <simavr/avr_twi.h>
+
+#include "uno.h"
 
 struct uno;
 
@@ -44,9 +49,13 @@ typedef struct {
     twi_device_t    devices[TWI_DEVICES];
     uint8_t         device_count;
     twi_registers_t registers;
+    twi_fault_t     fault;
+    bool            scl; /* as the program left it with the TWI off */
 } twi_t;
 
 void twi_init(struct uno *uno);
 void twi_after_reset(struct uno *uno);
+/* false: there is no room for it. */
+bool twi_attach(struct uno *uno, const twi_device_t *device);
 
 #endif

@@ -44,6 +44,7 @@ typedef struct {
     uint64_t twi_starts;        /* START and repeated START conditions */
     uint64_t twi_bytes;         /* bytes moved, addresses included */
     uint64_t twi_nacks;         /* bytes that nobody acknowledged */
+    uint64_t twi_free_clocks;   /* times that the program clocked SCL with the TWI off */
     uint64_t eeprom_writes;     /* cells programmed */
     uint64_t eeprom_ignored;    /* writes attempted while busy or without EEMPE */
 } uno_stats_t;
@@ -152,6 +153,55 @@ uint32_t uno_uart_read(uno_t *uno, uint8_t *bytes, uint64_t *cycles, uint32_t n)
 /* Forgets what has arrived at the host; what the host has still to send. */
 void uno_uart_discard(uno_t *uno);
 void uno_uart_cancel(uno_t *uno);
+
+/* --- the two-wire bus and what is on it --- */
+
+/* Misbehaviour of the lines; all fields zero is a healthy bus. */
+typedef struct {
+    uint8_t sda_stuck;  /* held low ... */
+    uint8_t sda_clocks; /* ... until SCL was clocked so often with the TWI off; 0 = for ever */
+    uint8_t scl_stuck;  /* held low */
+    uint8_t deaf;       /* nobody acknowledges anything */
+} twi_fault_t;
+
+void uno_twi_set_fault(uno_t *uno, const twi_fault_t *fault);
+void uno_twi_get_fault(const uno_t *uno, twi_fault_t *fault);
+
+enum { UNO_PART_IMU = 0, UNO_PART_MAG = 1 };
+
+enum { UNO_MAG_QMC5883L = 0, UNO_MAG_HMC5883L = 1 };
+
+typedef struct {
+    uint8_t who_am_i;
+    uint8_t int_bit;   /* of port D, where INT is wired; 255 = nowhere */
+    double  clock_ppm; /* error of its clock */
+    uint8_t trim[4];   /* SELF_TEST_X.. SELF_TEST_A */
+} imu_config_t;
+
+typedef struct {
+    uint64_t samples;        /* measured */
+    uint64_t samples_unread; /* replaced by the next one before any read */
+    uint64_t fifo_lost;      /* bytes that did not fit in the FIFO */
+    uint64_t resets;         /* power-on, and by command */
+} imu_stats_t;
+
+/* An MPU-6050 at 0x68, plugged in; 0 when the bus is full. Its signals are asked of Python. */
+uint8_t uno_imu_fit(uno_t *uno, const imu_config_t *config);
+/* Out, or in again, which is a power-on. */
+void uno_imu_plug(uno_t *uno, uint8_t plugged);
+/* The signal has changed: values asked for ahead are forgotten. */
+void uno_imu_restate(uno_t *uno);
+/* Plays n rows of 7 (accelerometer, gyroscope, temperature), which must stay; 0 ends it. */
+void uno_imu_play(uno_t *uno, const int16_t *rows, uint32_t n);
+/* The row that comes next. */
+uint32_t uno_imu_played(const uno_t *uno);
+void     uno_imu_registers(const uno_t *uno, uint8_t *regs);
+void     uno_imu_get_stats(const uno_t *uno, imu_stats_t *stats);
+
+/* A magnetometer; 0 when there is one already. */
+uint8_t uno_mag_fit(uno_t *uno, uint8_t kind);
+void    uno_mag_plug(uno_t *uno, uint8_t plugged);
+void    uno_mag_registers(const uno_t *uno, uint8_t *regs);
 
 /* A register-file device on the two-wire bus, for tests: `regs` 256 bytes, address 7 bits. */
 void uno_twi_attach_registers(uno_t *uno, uint8_t address);

@@ -16,6 +16,7 @@
 
 #include "eeprom.h"
 #include "hx711.h"
+#include "parts.h"
 #include "pins.h"
 #include "probe.h"
 #include "timing.h"
@@ -37,6 +38,7 @@ struct uno {
     twi_t       twi;
     eeprom_t    eeprom;
     hx711_t    *hx711;
+    parts_t     parts;
     void       *source_ctx; /* Python's handle */
     probe_t     probe;
     vcd_t       vcd;
@@ -44,6 +46,10 @@ struct uno {
 
 /* Gives `n` signal values for the instants `ticks`; defined by the cffi module. */
 void uno_source(void *source_ctx, const uint64_t *ticks, double *counts, uint32_t n);
+
+/* The same for a part on the two-wire bus: n rows of what it senses. */
+void uno_part_source(void *source_ctx, uint8_t part, const uint64_t *ticks, uint8_t filter,
+                     double *rows, uint32_t n);
 
 /* First io module of that kind, and for ports of that name; never NULL on this chip. */
 avr_io_t *core_find_io(avr_t *avr, const char *kind, char name);
