@@ -78,3 +78,42 @@ def variables():
         return values[0] if len(values) == 1 else values
 
     return peek
+
+
+class BusAgent:
+    """A board that makes transfers on its two-wire bus when told to (programs/bus_agent.c)."""
+
+    def __init__(self, board):
+        self.board = board
+
+    def _put(self, name, *values):
+        self.board.poke(self.board.symbol(name), bytes(values))
+
+    def _get(self, name, n=1):
+        return self.board.peek(self.board.symbol(name), n)
+
+    def transfer(self, address, write=(), read=0, *, timeout_s=0.01):
+        """Bytes that were read; OSError with the TWI's status where a byte is not acknowledged."""
+        self._put("address", address)
+        self._put("write_len", len(write))
+        self._put("read_len", read)
+        if write:
+            self._put("buffer", *write)
+        self._put("go", 1)
+        self.board.run_until(lambda: self._get("go") == b"\0", timeout_s, step_s=2e-6)
+        if failed := self._get("failed")[0]:
+            raise OSError(failed, "the TWI reports this status")
+        return self._get("buffer", read) if read else b""
+
+    @property
+    def seconds(self):
+        """What the last transfer took."""
+        return int.from_bytes(self._get("cycles", 2), "little") / 16e6
+
+
+@pytest.fixture
+def bus(uno):
+    """A board with such a program."""
+    agent = BusAgent(uno("bus_agent.c"))
+    agent.board.run(1e-4)
+    return agent
