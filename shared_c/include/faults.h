@@ -9,14 +9,13 @@
  *             rate         off the beat twice in a row
  *             frames_lost  a frame was refused, a conversion came off the beat or was dropped in
  *                          mid-run
- *             noise        what (1 - 1/z)^4 (1 + 1/z^2) leaves of the counts is beyond what white
- *                          noise of 4000 counts rms leaves, 7 conversions in a row or most of
- *                          some more; or counts that were quiet leave by 1024 and are back within
- *                          two conversions: a spike
- *           The filter lets white noise through 14-fold; a load that moves as bodies do, and one
- *           that swings at a quarter of the rate, leave next to nothing; a load step leaves 6
- *           conversions (notes).
- * End       noise: 4 quiet conversions; all others: 3 good ones in a row
+ *             noise        5 conversions more are loud than are not; or counts that did not stir
+ *                          leave by 2048 and are back within two conversions, but for 1024: a spike
+ *           A stir is a difference of 512 counts or more. Loud is where 3 of the last 6 stir, and
+ *           (1 - 1/z)^4 (1 + 1/z^2) leaves more of the counts than of white noise of noise_counts
+ *           rms, which it lets through 14-fold. A load that moves as bodies do, and one that swings
+ *           at a quarter of the rate, leave next to nothing; a load step is one stir (notes).
+ * End       noise: as many are not loud; all others: 3 good conversions in a row
  * Trust     none while any holds. Where trust comes back the filters must start
  *           anew, because they have seen what was wrong.
  * Formats   counts: 24 bits in int32
@@ -29,7 +28,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FAULTS_MOVES = 5 };
+enum { FAULTS_MOVES = 6 };
 
 /* Bits of `held` and `seen`, as in messages.toml. */
 enum {
@@ -62,17 +61,23 @@ enum {
 typedef struct {
     uint8_t held;                /* FAULTS_CABLE_OUT and so on, now */
     uint8_t seen;                /* since faults_init */
-    uint8_t noisy;               /* 0..20: falls by 5, rises by 3 where noise is too high */
+    uint8_t noisy;               /* 0..5: how many conversions more were loud than were not */
     uint8_t good;                /* conversions in a row, stops at 3 */
     uint8_t equal;               /* counts in a row that repeat, stops at 5 */
+    uint8_t stirred;             /* of the last moves, the newest in bit 0: a stir */
     bool    in_run;              /* the event before was a conversion to be compared with */
     bool    off;                 /* the conversion before was off the beat */
-    int16_t moves[FAULTS_MOVES]; /* last differences in 16 counts, limited, the newest first */
+    int16_t noise_limit;         /* what the filter may leave, in 256 counts */
+    int16_t moves[FAULTS_MOVES]; /* last differences in 256 counts, limited, the newest first */
     int32_t previous_counts;     /* where in_run */
 } faults_t;
 
 /* Nothing is wrong yet. */
 void faults_init(faults_t *faults);
+
+/* White noise of more counts rms than this is a fault; 4000 until it is said, at least
+ * 400. */
+void faults_limit_noise(faults_t *faults, uint16_t noise_counts);
 
 /* Take one event, with its counts if it is a conversion; gives FAULTS_CHANGED and so on as bits. */
 uint8_t faults_update(faults_t *faults, faults_event_t event, int32_t counts);

@@ -9,6 +9,14 @@
 void faults_init(faults_t *faults)
 {
     memset(faults, 0, sizeof *faults);
+    faults_limit_noise(faults, FAULTS_NOISE_COUNTS);
+}
+
+void faults_limit_noise(faults_t *faults, uint16_t noise_counts)
+{
+    if (noise_counts < FAULTS_NOISE_LEAST) { noise_counts = FAULTS_NOISE_LEAST; }
+    /* The filter lets 14 times as much through, in 256 counts: <= 3584 */
+    faults->noise_limit = (int16_t)(((uint16_t)(noise_counts >> 4) * 7U) >> 3);
 }
 
 void faults_pause(faults_t *faults)
@@ -22,61 +30,67 @@ static bool is_within(int16_t move, int16_t limit)
     return move < limit && move > -limit;
 }
 
-/* How far counts went, in 2^FAULTS_MOVE_SHIFT counts, rounded down, limited. */
-static int16_t move_of(int32_t counts, int32_t previous_counts)
+/* A difference of counts in 256 counts, rounded down, limited. */
+static int16_t move_of(int32_t difference)
 {
-    const int32_t move = (counts - previous_counts) >> FAULTS_MOVE_SHIFT; /* |.| <= 2^20 */
+    const int32_t move = difference >> 8; /* |.| <= 2^16 */
 
     if (move > FAULTS_MOVE_LIMIT) { return FAULTS_MOVE_LIMIT; }
     return move < -FAULTS_MOVE_LIMIT ? -FAULTS_MOVE_LIMIT : (int16_t)move;
 }
 
-/* Whether counts that were quiet had left and are back by this move. */
-static bool is_spike(const int16_t *moves, int16_t move)
+/* What (1 - 1/z)^4 (1 + 1/z^2) leaves of the counts, of whose moves the taps are 1 -3 4 -4 3 -1. */
+static int16_t rest_of(const int16_t *moves)
 {
-    int16_t sum = move; /* <= 3 * 2047 */
+    const int16_t inner = (int16_t)(moves[2] - moves[3]), outer = (int16_t)(moves[1] - moves[4]);
 
-    for (uint8_t left = FAULTS_WITHIN; left != 0U; left--, moves++) {
-        sum = (int16_t)(sum + moves[0]);
-        if (is_within(sum, FAULTS_BACK) && !is_within(moves[0], FAULTS_LEAVE) &&
-            is_within(moves[1], FAULTS_BACK) && is_within(moves[2], FAULTS_BACK)) {
-            return true;
-        }
-    }
-    return false;
+    return (int16_t)(moves[0] - moves[5] - 3 * outer + 4 * inner); /* |.| <= 16 * 2047 */
 }
 
-/* (1 - 1/z)^4 (1 + 1/z^2) of the counts, from their moves: 1 -3 4 -4 3 -1. */
-static int16_t rest_of(const int16_t *moves, int16_t move)
+/* Whether counts that did not stir had left and are back by the newest move. */
+static bool is_spike(const int16_t *moves, uint8_t stirred)
 {
-    const int16_t inner = (int16_t)(moves[1] - moves[2]), outer = (int16_t)(moves[0] - moves[3]);
+    const int16_t *left = &moves[1];
+    int16_t        sum  = (int16_t)(moves[0] + moves[1]);
 
-    return (int16_t)(move - moves[4] - 3 * outer + 4 * inner); /* |.| <= 16 * 2047 < 2^15 */
+    if ((stirred & 0x1CU) == 0x04U) { /* they left with the move before the last */
+        left++;
+        sum = (int16_t)(sum + *left);
+    } else if ((stirred & 0x0EU) != 0x02U) { /* nor with the last */
+        return false;
+    }
+    return is_within(sum, FAULTS_BACK) && !is_within(*left, FAULTS_LEAVE);
 }
 
 static void judge_noise(faults_t *faults, int16_t move)
 {
-    int16_t *moves = faults->moves;
-    int8_t   noisy = (int8_t)faults->noisy;
+    int16_t *moves   = faults->moves;
+    uint8_t  noisy   = faults->noisy;
+    uint8_t  stirred = (uint8_t)(faults->stirred << 1);
 
-    noisy = (int8_t)(noisy + (is_within(rest_of(moves, move), FAULTS_NOISE_LIMIT)
-                                  ? -FAULTS_NOISY_FALL
-                                  : FAULTS_NOISY_RISE));
-    if (noisy > FAULTS_NOISY_FULL || is_spike(moves, move)) { noisy = FAULTS_NOISY_FULL; }
-    if (noisy == FAULTS_NOISY_FULL) { faults->held |= FAULTS_NOISE; }
-    if (noisy <= 0) {
-        noisy = 0;
-        faults->held &= (uint8_t)~FAULTS_NOISE;
-    }
-    faults->noisy = (uint8_t)noisy;
-    memmove(&moves[1], moves, sizeof moves[0] * (FAULTS_MOVES - 1U));
+    for (uint8_t at = FAULTS_MOVES - 1U; at != 0U; at--) { moves[at] = moves[at - 1U]; }
     moves[0] = move;
+    if (!is_within(move, FAULTS_STIRRED)) { stirred |= 1U; }
+    faults->stirred = stirred;
+
+    uint8_t bits = stirred & 0x3FU; /* of the moves that the filter sees */
+    bits &= (uint8_t)(bits - 1U);
+    bits &= (uint8_t)(bits - 1U);
+    if (bits != 0U && !is_within(rest_of(moves), faults->noise_limit)) { /* 3 or more */
+        if (noisy != FAULTS_NOISY) { noisy++; }
+    } else if (noisy != 0U) {
+        noisy--;
+    }
+    if (is_spike(moves, stirred)) { noisy = FAULTS_NOISY; }
+    if (noisy == FAULTS_NOISY) { faults->held |= FAULTS_NOISE; }
+    if (noisy == 0U) { faults->held &= (uint8_t)~FAULTS_NOISE; }
+    faults->noisy = noisy;
 }
 
 /* The counts of a conversion. */
 static uint8_t judge_counts(faults_t *faults, int32_t counts)
 {
-    const int32_t previous = faults->previous_counts;
+    const int32_t difference = counts - faults->previous_counts;
 
     faults->previous_counts = counts;
     if (counts == FIXED_COUNTS_MIN || counts == FIXED_COUNTS_MAX) {
@@ -85,12 +99,13 @@ static uint8_t judge_counts(faults_t *faults, int32_t counts)
     }
     if (!faults->in_run) {
         memset(faults->moves, 0, sizeof faults->moves);
-        faults->in_run = true;
-        faults->equal  = 0U;
+        faults->in_run  = true;
+        faults->equal   = 0U;
+        faults->stirred = 0U;
         return 0U;
     }
-    judge_noise(faults, move_of(counts, previous));
-    if (counts != previous) {
+    judge_noise(faults, move_of(difference));
+    if (difference != 0) {
         faults->equal = 0U;
         return 0U;
     }

@@ -6,20 +6,20 @@ from __future__ import annotations
 from tools.gen.spec import Spec, c_comment_head
 
 
+MOVE_COUNTS = 256
+
+
 def limits(content: dict) -> dict[str, int]:
     """Name -> value in the units of faults.c."""
     spike, noise = content["spike"], content["noise"]
-    shift = noise["move_shift"]
     return {
-        "MOVE_SHIFT": shift,
+        "NOISE_COUNTS": noise["default_counts"],
+        "NOISE_LEAST": noise["least_counts"],
         "MOVE_LIMIT": noise["move_limit"],
-        "NOISE_LIMIT": noise["rms_counts"] * noise["passes"] >> shift,
-        "NOISY_RISE": noise["rise"],
-        "NOISY_FALL": noise["fall"],
-        "NOISY_FULL": noise["full"],
-        "LEAVE": spike["leave_counts"] >> shift,
-        "BACK": spike["back_counts"] >> shift,
-        "WITHIN": spike["within"],
+        "NOISY": noise["loud"],
+        "STIRRED": noise["stir_counts"] // MOVE_COUNTS,
+        "LEAVE": spike["leave_counts"] // MOVE_COUNTS,
+        "BACK": spike["back_counts"] // MOVE_COUNTS,
         "REPEATS": content["stuck"]["repeats"],
         "GOOD": content["end"]["good"],
     }
@@ -28,8 +28,8 @@ def limits(content: dict) -> dict[str, int]:
 def header(spec: Spec) -> str:
     """Text of faults_limits.h."""
     lines = [
-        "/* faults_limits - the numbers of shared_c/spec/faults.toml; moves and what is compared with",
-        " * them are in 2^MOVE_SHIFT counts. */",
+        "/* faults_limits - the numbers of shared_c/spec/faults.toml; what moves are compared with is",
+        " * in 256 counts. */",
         "#ifndef FAULTS_LIMITS_H",
         "#define FAULTS_LIMITS_H",
         "",

@@ -20,6 +20,7 @@ from terazi.design import specs
 from terazi.models import (
     exact,
     exact_checkweigher,
+    exact_faults,
     exact_imu,
     exact_scale,
     exact_temperature,
@@ -30,7 +31,7 @@ from tools.gen.spec import ROOT
 
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
-TWINS = (exact, exact_checkweigher, exact_imu, exact_scale, exact_temperature)
+TWINS = (exact, exact_checkweigher, exact_faults, exact_imu, exact_scale, exact_temperature)
 TWINS += (exact_weight_kf_adaptive, settings, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
@@ -318,6 +319,7 @@ def drafts() -> list[Draft]:
     from tools.gen import (
         golden_adaptive,
         golden_checkweigher,
+        golden_faults,
         golden_imu,
         golden_mahony,
         golden_scale,
@@ -337,6 +339,7 @@ def drafts() -> list[Draft]:
         *golden_scale.drafts(),
         *golden_checkweigher.drafts(),
         *golden_settings.drafts(),
+        *golden_faults.drafts(),
         *golden_temperature.drafts(),
     ]
 

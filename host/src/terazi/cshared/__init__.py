@@ -12,6 +12,7 @@ from terazi.cshared.adaptive import (
     weight_kf_adaptive_block,
 )
 from terazi.cshared.checkweighers import Checkweigher, CheckweigherEvent
+from terazi.cshared.faults import Fault, Faults, FaultsAnswer, FaultsEvent, Weighed, weigh_events
 from terazi.cshared.filters import (
     FIR_DESIGNS,
     WEIGHT_KF_SCHEDULES,
@@ -46,6 +47,10 @@ __all__ = [
     "WIRE_FINGERPRINT",
     "Checkweigher",
     "CheckweigherEvent",
+    "Fault",
+    "Faults",
+    "FaultsAnswer",
+    "FaultsEvent",
     "Fir",
     "Frame",
     "FrameDecoder",
@@ -59,6 +64,7 @@ __all__ = [
     "ScaleShow",
     "ScaleStatus",
     "Temperature",
+    "Weighed",
     "WeightKf",
     "WeightKfAdaptive",
     "WeightKfPair",
@@ -69,6 +75,7 @@ __all__ = [
     "mass_mg_block",
     "pack_message",
     "unpack_message",
+    "weigh_events",
     "weight_kf_adaptive_block",
     "weight_kf_block",
 ]
