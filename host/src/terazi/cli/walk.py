@@ -46,6 +46,7 @@ class Navigator(StrEnum):
     """What makes a path of it."""
 
     kalman = "kalman"
+    complementary = "complementary"
 
 
 DetectorOption = Annotated[Detector, typer.Option(help="How it is known that the foot stands.")]
@@ -60,6 +61,13 @@ ThresholdOption = Annotated[
         "moving_variance and magnitude, rad/s for the others (adaptive_shoe: the lowest one).",
         min=0,
         show_default=False,
+    ),
+]
+EliminateOption = Annotated[
+    bool,
+    typer.Option(
+        "--eliminate-drift",
+        help="Turn straight strides to the directions of a building, if that is where one walks.",
     ),
 ]
 LayoutOption = Annotated[
@@ -86,6 +94,7 @@ def show(
     navigator: NavigatorOption = Navigator.kalman,
     causal: CausalOption = False,
     threshold: ThresholdOption = None,
+    eliminate_drift: EliminateOption = False,
     layout: LayoutOption = None,
     rate: RateOption = None,
     output: Annotated[
@@ -106,7 +115,7 @@ def show(
     from terazi.applications.walks import files
 
     record = walks.load_walk(file, layout=layout, rate_hz=rate)
-    options = _options(detector, navigator, causal, threshold)
+    options = _options(detector, navigator, causal, threshold, eliminate_drift)
     with _progress() as bar:
         task = bar.add_task(record.name, total=1.0)
         result = walks.estimate(
@@ -140,6 +149,7 @@ def score(
     navigator: NavigatorOption = Navigator.kalman,
     causal: CausalOption = False,
     threshold: ThresholdOption = None,
+    eliminate_drift: EliminateOption = False,
     layout: LayoutOption = None,
     rate: RateOption = None,
     as_json: JsonOption = False,
@@ -156,7 +166,7 @@ def score(
     from terazi.applications import walks
 
     paths = walks.find_walks(folder)
-    options = _options(detector, navigator, causal, threshold)
+    options = _options(detector, navigator, causal, threshold, eliminate_drift)
     records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
     with _progress() as bar:
         task = bar.add_task("walks", total=len(records))
@@ -174,11 +184,15 @@ def score(
         _show(result, options)
 
 
-def _options(detector: Detector, navigator: Navigator, causal: bool, threshold: float | None):
+def _options(detector, navigator, causal: bool, threshold: float | None, eliminate_drift: bool):
     from terazi.applications import walks
 
     return walks.Options(
-        detector=detector.value, navigator=navigator.value, causal=causal, threshold=threshold
+        detector=detector.value,
+        navigator=navigator.value,
+        causal=causal,
+        threshold=threshold,
+        eliminate_drift=eliminate_drift,
     )
 
 

@@ -45,9 +45,14 @@ def check(walk: Walk) -> Walk:
     return walk
 
 
+def sane_rate(walk: Walk) -> bool:
+    """The rate is one of a sensor for walks."""
+    return RATES_HZ[0] <= walk.rate_hz <= RATES_HZ[1]
+
+
 def _check_rate(walk: Walk) -> None:
-    usual_hz = 1 / float(np.median(np.diff(walk.t_s)))
-    if not RATES_HZ[0] <= usual_hz <= RATES_HZ[1]:
+    usual_hz = walk.rate_hz
+    if not sane_rate(walk):
         raise CannotRead(
             f"{walk.name}: {usual_hz:.6g} samples a second; {RATES_HZ[0]:g} to {RATES_HZ[1]:g} do",
             remedy="Are the times in another unit (ms, us)? A layout's [time] says which.",

@@ -35,6 +35,7 @@ class Detection:
     motion: np.ndarray
     threshold: np.ndarray
     unit: str
+    ahead_s: float = 0.0  # how much of the future a decision knows
 
     @property
     def still(self) -> np.ndarray:
@@ -80,15 +81,16 @@ ADAPTIVE_BATCH = AdaptiveShoe(0.025, 5.0, 1.28, 1.45, 0.11, 2.0)
 ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 34.0, 1.28, 1.48, 0.17, 1.8)
 
 
-def _threshold(walk: Walk, value: float) -> np.ndarray:
-    return np.full(len(walk), float(value))
+def _fixed(walk: Walk, motion, settings: Fixed, unit: str, *, causal: bool) -> Detection:
+    threshold = np.full(len(walk), float(settings.threshold))
+    return Detection(motion, threshold, unit, 0.0 if causal else settings.window_s / 2)
 
 
 def moving_variance_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:
     """Root of the acceleration's variance."""
     length = odd_length(settings.window_s, walk.rate_hz)
     motion = np.sqrt(moving_variance(walk.acc_b_m_s2, length, causal=causal))
-    return Detection(motion, _threshold(walk, settings.threshold), "m/s²")
+    return _fixed(walk, motion, settings, "m/s²", causal=causal)
 
 
 def magnitude_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:
@@ -96,14 +98,14 @@ def magnitude_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detectio
     length = odd_length(settings.window_s, walk.rate_hz)
     away = np.linalg.norm(walk.acc_b_m_s2, axis=1) - GRAVITY_M_S2
     motion = np.sqrt(moving_mean(away**2, length, causal=causal))
-    return Detection(motion, _threshold(walk, settings.threshold), "m/s²")
+    return _fixed(walk, motion, settings, "m/s²", causal=causal)
 
 
 def rate_energy_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:
     """Angular rate, root of the mean square."""
     length = odd_length(settings.window_s, walk.rate_hz)
     motion = np.sqrt(moving_mean(np.sum(walk.gyro_b_rad_s**2, axis=1), length, causal=causal))
-    return Detection(motion, _threshold(walk, settings.threshold), "rad/s")
+    return _fixed(walk, motion, settings, "rad/s", causal=causal)
 
 
 def shoe_motion(walk: Walk, window_s: float, m_s2_per_rad_s: float, *, causal: bool) -> np.ndarray:
@@ -122,7 +124,7 @@ def shoe_motion(walk: Walk, window_s: float, m_s2_per_rad_s: float, *, causal: b
 def shoe_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:
     """SHOE with one threshold for all."""
     motion = shoe_motion(walk, settings.window_s, SHOE_M_S2_PER_RAD_S, causal=causal)
-    return Detection(motion, _threshold(walk, settings.threshold), "rad/s")
+    return _fixed(walk, motion, settings, "rad/s", causal=causal)
 
 
 def adaptive_shoe_detector(walk: Walk, settings: AdaptiveShoe, *, causal: bool) -> Detection:
@@ -131,7 +133,8 @@ def adaptive_shoe_detector(walk: Walk, settings: AdaptiveShoe, *, causal: bool) 
     length = odd_length(settings.near_s, walk.rate_hz)
     least = moving_min(motion, length, causal=causal)
     threshold = np.clip(settings.more * least, settings.low_rad_s, settings.high_rad_s)
-    return Detection(motion, threshold, "rad/s")
+    ahead_s = 0.0 if causal else (settings.near_s + settings.window_s) / 2
+    return Detection(motion, threshold, "rad/s", ahead_s)
 
 
 def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:
@@ -141,4 +144,5 @@ def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection
     low = Butterworth(LOW_PASS_HZ, walk.rate_hz)
     run = (lambda f, x: f.forward(x)) if causal else (lambda f, x: f.both_ways(x))
     motion = np.abs(run(low, np.abs(run(high, size))))
-    return Detection(motion, _threshold(walk, settings.threshold), "g")
+    threshold = np.full(len(walk), float(settings.threshold))
+    return Detection(motion, threshold, "g", 0.0 if causal else np.inf)

@@ -8,10 +8,13 @@ from dataclasses import dataclass, field, replace
 
 from terazi.applications.walks import detectors as of
 from terazi.applications.walks.checks import check_standing, stride_note
+from terazi.applications.walks.complementary import ComplementarySettings, complementary
 from terazi.applications.walks.detectors import Detection
+from terazi.applications.walks.elimination import eliminate
 from terazi.applications.walks.navigator import KalmanSettings, Path, kalman
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.steps import Strides, find_strides
+from terazi.errors import UsageError
 
 DETECTORS = {
     "moving_variance": (of.moving_variance_detector, of.MOVING_VARIANCE, of.MOVING_VARIANCE),
@@ -22,7 +25,7 @@ DETECTORS = {
     "low_pass": (of.low_pass_detector, of.LOW_PASS, of.LOW_PASS),
 }
 """Each with its settings for a recorded walk and for a causal run."""
-NAVIGATORS = ("kalman",)
+NAVIGATORS = ("kalman", "complementary")
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,9 @@ class Options:
     navigator: str = "kalman"
     causal: bool = False
     threshold: float | None = None  # another than the detector's own
+    eliminate_drift: bool = False  # heuristically; recorded walks only
     kalman: KalmanSettings = field(default_factory=KalmanSettings)
+    complementary: ComplementarySettings = field(default_factory=ComplementarySettings)
 
 
 @dataclass(frozen=True)
@@ -63,13 +68,23 @@ def estimate(
 ) -> Result:
     """The path. Raises CannotRead where the sensor never stands still."""
     options = options or Options()
+    if options.eliminate_drift and options.causal:
+        raise UsageError("drift elimination looks at the whole path: it cannot run causally")
     if options.navigator not in NAVIGATORS:
         raise ValueError(f"no navigator {options.navigator!r}; there are {', '.join(NAVIGATORS)}")
     detection = detect(walk, options)
     walk = check_standing(walk, detection.still)
-    path = kalman(walk, detection, options.kalman, causal=options.causal, progress=progress)
+    if options.navigator == "kalman":
+        path = kalman(walk, detection, options.kalman, causal=options.causal, progress=progress)
+    else:
+        path = complementary(walk, detection, options.complementary, causal=options.causal)
     strides = find_strides(path, walk.rate_hz)
     notes = stride_note(strides_s(walk, strides))
+    if options.eliminate_drift:
+        done = eliminate(path, strides, walk.t_s)
+        path, strides = done.path, find_strides(done.path, walk.rate_hz)
+        words = "applied" if done.applied else "left off"
+        notes = (*notes, f"drift elimination {words}: {done.words}")
     return Result(replace(walk, notes=(*walk.notes, *notes)), detection, path, strides)
 
 

@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from terazi.applications.walks.checks import sane_rate
 from terazi.applications.walks.record import Walk
 from terazi.errors import CannotRead, UsageError
 
@@ -36,7 +37,7 @@ RATE_UNITS = {
     "counts": np.pi / 180,
 }
 PACKETS_HZ = 256.0  # x-io's own, where packets are numbered
-IRREGULAR = 0.5  # a step so much longer or shorter than usual: resampled
+IRREGULAR = 0.5  # a step so much longer or shorter than usual is told
 
 
 def _three(heading: str) -> list[str]:
@@ -75,7 +76,8 @@ def read_csv(path: Path, *, layout: Path | None = None, rate_hz: float | None = 
     else:
         rate_hz = rate_hz or form.get("rate_hz") or PACKETS_HZ
         t_s = np.arange(len(acc)) / float(rate_hz)
-    return regular(Walk(path.stem, t_s, acc, gyro, mag_b=mag, notes=tuple(notes)))
+    walk = Walk(path.stem, t_s, acc, gyro, mag_b=mag, notes=tuple(notes))
+    return regular(walk) if "time" in form and sane_rate(walk) else walk
 
 
 def growing(path: Path, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -89,27 +91,26 @@ def growing(path: Path, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def regular(walk: Walk) -> Walk:
-    """The same at one rate, where steps differ much: straight lines between the samples."""
-    steps = np.diff(walk.t_s)
-    usual_s = float(np.median(steps))
-    odd = int(np.sum(np.abs(steps - usual_s) > IRREGULAR * usual_s))
-    if not odd:
-        return walk
-    t_s = np.arange(walk.t_s[0], walk.t_s[-1] + usual_s / 2, usual_s)
+    """The same at the rate of its first seconds: straight lines between the samples."""
+    usual_s = 1 / walk.rate_hz
+    t_s = np.arange(0.0, walk.t_s[-1] + usual_s * 1e-6, usual_s)
 
     def at_new(values):
         if values is None:
             return None
         return np.column_stack([np.interp(t_s, walk.t_s, column) for column in values.T])
 
-    note = f"{odd} steps of time are irregular: resampled at {1 / usual_s:.1f} Hz"
+    notes = walk.notes
+    odd = int(np.sum(np.abs(np.diff(walk.t_s) - usual_s) > IRREGULAR * usual_s))
+    if odd:
+        notes = (*notes, f"{odd} steps of time are irregular: resampled at {1 / usual_s:.1f} Hz")
     return Walk(
         walk.name,
         t_s,
         at_new(walk.acc_b_m_s2),
         at_new(walk.gyro_b_rad_s),
         mag_b=at_new(walk.mag_b),
-        notes=(*walk.notes, note),
+        notes=notes,
     )
 
 

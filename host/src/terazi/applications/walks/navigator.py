@@ -21,6 +21,7 @@ from terazi.applications.walks.windows import moving_variance, odd_length
 from terazi.cshared import Ins
 
 GRAVITY_M_S2 = 9.81
+UNKNOWN_TILT_RAD, UNKNOWN_M_S = 0.5, 1.0  # 1 sigma, of a record that begins in motion
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Path:
     vel_w_m_s: np.ndarray  # (n, 3)
     quat_wb: np.ndarray  # (n, 4)
     still: np.ndarray  # (n,) bool
-    settled: int  # samples that no longer record would change
+    settled: int  # first samples, which a longer record would not change
 
 
 def standstill(walk: Walk, still: np.ndarray, settings: KalmanSettings, *, causal: bool):
@@ -109,11 +110,14 @@ def kalman(
     if settings.level_gate_m > 0:
         after = max(1, round(settings.level_after_s * walk.rate_hz))
         level[stance_ages(still) == after] = settings.level_sigma_m
+    first = slice(0, max(1, round(settings.align_s * walk.rate_hz)))
+    stands = np.mean(still[first]) > 0.5
+    tilt = settings.attitude_sigma_rad if stands else UNKNOWN_TILT_RAD
     ins = Ins(
-        upright(walk.acc_b_m_s2[: max(1, round(settings.align_s * walk.rate_hz))].mean(axis=0)),
+        upright(walk.acc_b_m_s2[first].mean(axis=0)),
         sigmas={
-            "velocity": 1e-3,
-            "attitude": (settings.attitude_sigma_rad, settings.attitude_sigma_rad, 0.0),
+            "velocity": 1e-3 if stands else UNKNOWN_M_S,
+            "attitude": (tilt, tilt, 0.0),
             "gyro_bias": settings.gyro_bias_sigma_rad_s,
             "acc_bias": settings.acc_bias_sigma_m_s2,
             "gyro_scale": settings.gyro_scale_sigma,
@@ -136,4 +140,16 @@ def kalman(
         smooth_len=smooth_len,
         progress=progress,
     )
-    return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, len(walk))
+    known = (
+        len(walk) if causal else final_samples(walk, settings.standstill_s / 2 + detection.ahead_s)
+    )
+    if smooth_len:
+        known = max(0, known // smooth_len - 1) * smooth_len
+    return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, known)
+
+
+def final_samples(walk: Walk, ahead_s: float) -> int:
+    """How many samples' windows lie within the record."""
+    if not np.isfinite(ahead_s):
+        return 0
+    return max(0, len(walk) - int(np.ceil(ahead_s * walk.rate_hz)) - 2)

@@ -27,6 +27,8 @@ class Truth:
 
 
 RETURNS_M = 0.5
+RATE_S = 2.0
+CLOCK = 0.005
 
 
 @dataclass(frozen=True)
@@ -47,14 +49,17 @@ class Walk:
 
     @property
     def rate_hz(self) -> float:
-        """Of the whole record."""
-        return (len(self) - 1) / float(self.t_s[-1] - self.t_s[0])
+        """Of the first seconds, so that it does not depend on how long the record is; a rate that
+        misses a whole number of Hz by no more than a clock does is that number."""
+        last = min(int(np.searchsorted(self.t_s, self.t_s[0] + RATE_S)), len(self) - 1)
+        found = last / float(self.t_s[last] - self.t_s[0])
+        return float(round(found)) if abs(found - round(found)) < CLOCK * found else found
 
     @property
     def dt_s(self) -> np.ndarray:
         """(n,) s since the sample before; the first lasts as long as the usual one."""
         steps = np.diff(self.t_s)
-        return np.concatenate([[np.median(steps)], steps])
+        return np.concatenate([[1 / self.rate_hz], steps])
 
     @property
     def may_return(self) -> bool:

@@ -18,6 +18,7 @@ class Summary:
     name: str
     duration_s: float
     rate_hz: float
+    settled_s: float
     still_share: float
     strides: int
     distance_m: float
@@ -66,6 +67,7 @@ def summarise(result: Result) -> Summary:
         name=walk.name,
         duration_s=float(walk.t_s[-1] - walk.t_s[0]),
         rate_hz=walk.rate_hz,
+        settled_s=float(walk.t_s[max(path.settled, 1) - 1] - walk.t_s[0]),
         still_share=float(np.mean(path.still)),
         strides=len(strides),
         distance_m=strides.length_m,

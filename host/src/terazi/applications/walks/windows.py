@@ -18,7 +18,7 @@ def moving_mean(values: np.ndarray, length: int, *, causal: bool = False) -> np.
 
 def moving_variance(values: np.ndarray, length: int, *, causal: bool = False) -> np.ndarray:
     """(n,) variance of (n, k) vectors about their moving mean, summed over the axes."""
-    centre = values - values.mean(axis=0) if not causal else values - values[0]
+    centre = values - values[0]
     mean = moving_mean(centre, length, causal=causal)
     square = moving_mean(np.sum(centre**2, axis=1), length, causal=causal)
     return np.maximum(square - np.sum(mean**2, axis=1), 0.0)
