@@ -4,7 +4,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from host.tests.fake_device import RATE_HZ, Chain, steps_and_noise
+from host.tests.fake_chain import RATE_HZ, Chain, steps_and_noise
 from terazi.design import scale as scale_design
 from terazi.link.generated.messages import (
     FINGERPRINT,

@@ -30,6 +30,7 @@ FACTORY = {
         (1000, 0, "e is 1 mg at least"),
         (16_000, 1001, "too coarse"),
         (5_000_000, 3000, "2.00 g or 5.00 g"),
+        (500_000_000, 10, "too fine"),
     ],
 )
 def test_a_pair_that_makes_no_scale_is_refused_with_what_would(max_mg, interval_mg, words):
@@ -38,7 +39,7 @@ def test_a_pair_that_makes_no_scale_is_refused_with_what_would(max_mg, interval_
 
 @pytest.mark.parametrize(
     ("max_mg", "interval_mg"),
-    [(5_000_000, 1000), (200_000, 10), (60_000_000, 20_000), (300, 1), (500_000_000, 100_000)],
+    [(5_000_000, 1000), (200_000, 10), (60_000_000, 20_000), (300, 2), (500_000_000, 100_000)],
 )
 def test_every_pair_that_is_taken_makes_a_scale(max_mg, interval_mg):
     assert why_not(max_mg, interval_mg) == ""
@@ -51,9 +52,8 @@ def test_every_pair_that_is_taken_makes_a_scale(max_mg, interval_mg):
 
 def test_limits_stay_so_many_e_and_the_display_shows_e():
     changed = changes(2_000_000, 500, FACTORY)
-    assert changed["scale.stable_band_mg"] == 250
-    assert changed["scale.under_mg"] == 10_000
-    assert changed["scale.step_mg"] == 1000
+    for name in ("scale.stable_band_mg", "scale.under_mg", "scale.step_mg"):
+        assert changed[name] * 2 == FACTORY[name]
     assert (changed["scale.decimals"], changed["scale.digit"]) == (1, 5)
 
 

