@@ -2,6 +2,7 @@
 #include "store.h"
 
 #include "eeprom.h"
+#include "idle.h"
 #include "messages.h"
 
 #include <stddef.h>
@@ -14,6 +15,8 @@ _Static_assert((int)SETTINGS_CELL_REPLACE == (int)EEPROM_REPLACE &&
                    (int)SETTINGS_CELL_ERASE == (int)EEPROM_ERASE &&
                    (int)SETTINGS_CELL_PROGRAM == (int)EEPROM_PROGRAM,
                "a step is a bit of EECR");
+
+enum { CELLS_A_TICK = 16 };
 
 static settings_save_t save;
 
@@ -52,12 +55,14 @@ void store_save(void)
 
 void store_tick(const settings_t *settings)
 {
-    while (save.state == SETTINGS_SAVE_WRITING && !eeprom_is_busy()) {
+    for (uint8_t left = CELLS_A_TICK; left != 0U; left--) {
+        if (save.state != SETTINGS_SAVE_WRITING || eeprom_is_busy()) { return; }
         const uint16_t        address = settings_save_address(&save);
         const settings_cell_t step    = settings_save_step(&save, settings, eeprom_read(address));
 
         if (step != SETTINGS_CELL_PASSED) { eeprom_write(address, save.wanted, (uint8_t)step); }
     }
+    idle_post_work(); /* come again at once */
 }
 
 uint8_t store_state(void)

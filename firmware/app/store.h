@@ -19,11 +19,12 @@
  * have been the newest; another holds, or the factory's values. */
 settings_reading_t store_load(settings_t *settings);
 
-/* Save, from now on or anew. */
+/* Save, or where a save is under way, take in what has changed since. Values that belong together
+ * are saved together only if this is called after they changed. */
 void store_save(void);
 
-/* Go on with a save, until a cell is being written; `settings` are those to be saved. Takes up to
- * 1 ms, once or twice in a save; what it writes wakes the main loop at its end. */
+/* Go on with a save: to the next cell that must be written, by a few at most, 0.25 ms; it sees to
+ * it that the main loop wakes for the rest. `settings` are those to be saved. */
 void store_tick(const settings_t *settings);
 
 uint8_t  store_state(void);    /* MESSAGES_SETTINGS_STATE_... */

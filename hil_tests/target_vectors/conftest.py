@@ -28,3 +28,8 @@ def runner_scale_elf():
 @pytest.fixture(scope="session")
 def runner_temperature_elf():
     return built("runner_temperature.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_settings_elf():
+    return built("runner_settings.elf")

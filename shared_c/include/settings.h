@@ -10,14 +10,15 @@
  *           odd ones the second. Records go to the slots in turn, so that banks alternate and the
  *           newest whole record is never touched
  * Saving    erases the slot's magic before all, then passes over the record and writes what differs
- *           until a pass finds nothing to write: that is the read-back, and one moment's settings.
+ *           until a pass finds nothing to write, and nothing was asked for in it: the read-back.
  *           The magic comes after all: at every instant before it holds, the newest record is the
  *           old one, and from then on the new one (notes). A cell that does not take its value
  *           spoils the slot: the next one is tried, but never the newest record's
  * Old, new  a record with fewer values than this firmware knows gives those, the others keep what
  *           they had; one with more, or of another version, is foreign: refused as a whole
- * Bad data  a value beyond its range is refused, and in a record passed over; what holds between
- *           values the modules check (scale_init, checkweigher_init, temperature_is_lawful)
+ * Bad data  a value beyond its range is refused; a record's were not, when it was written, and no
+ *           range ever shrinks. What must hold between values the modules check (scale_init,
+ *           checkweigher_init, temperature_is_lawful)
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
 #ifndef SETTINGS_H
@@ -127,14 +128,15 @@ void settings_choose(settings_choice_t *choice, uint8_t slot, const settings_rec
 /* Idle; `newest` is where the next save must not go. */
 void settings_save_begin(settings_save_t *save, const settings_choice_t *newest);
 
-/* Save, from now on or anew. */
+/* Save, or where a save is under way, take in what has changed since. Values that belong together
+ * are saved together only if this is called after they changed. */
 void settings_save_ask(settings_save_t *save);
 
 /* The cell that comes next, while SETTINGS_SAVE_WRITING. */
 uint16_t settings_save_address(const settings_save_t *save);
 
-/* What to do with that cell, which holds `cell` now: pass on, or write `save->wanted` and wait
- * until it is done. `settings` must not change between steps that pass on. */
+/* What to do with that cell, which holds `cell` now: pass on, or write `save->wanted` there, and
+ * come again when that is done. */
 settings_cell_t settings_save_step(settings_save_t *save, const settings_t *settings, uint8_t cell);
 
 #endif

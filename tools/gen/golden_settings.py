@@ -30,9 +30,9 @@ def _values(rng: random.Random, keys: list[Entry]) -> list[int]:
 
 def _slots(rng: random.Random, keys: list[Entry]) -> Iterator[bytes]:
     """Slots with all that may stand there, each followed by nothing."""
-    factory, some = twin.record(keys, twin.factory(keys), 1), _values(rng, keys)
+    some = _values(rng, keys)
     whole = twin.record(keys, some, 65535)
-    yield from (factory, whole)
+    yield whole
     for extreme in ("minimum", "maximum"):
         yield twin.record(keys, [getattr(entry, extreme) for entry in keys], 0)
     body = twin.payload(keys, some)
@@ -60,7 +60,8 @@ def _records(keys: list[Entry]) -> Draft:
     for slot in _slots(random.Random(SEED + 50), keys):
         full = slot.ljust(twin.SLOT_LEN, bytes([twin.ERASED]))
         reading, sequence, values = twin.read(keys, full)
-        rows.append((full, int(reading), sequence, twin.payload(keys, values) if values else b""))
+        held = b"" if values is None else twin.payload(keys, values)[: slot[2]]
+        rows.append((full, int(reading), sequence, held))
     return Draft(
         "settings_records",
         "settings: what a slot holds, and which values",
@@ -68,7 +69,7 @@ def _records(keys: list[Entry]) -> Draft:
             "slot_hex": "256 bytes",
             "reading": "settings_reading_t",
             "sequence": "of a whole or a foreign record, else 0",
-            "values_hex": "of a whole record: values in the order of keys, each in its type",
+            "values_hex": "that a whole record holds, of the first keys; the others keep theirs",
         },
         rows,
         origin=ORIGIN,
@@ -84,17 +85,15 @@ def _keys(keys: list[Entry]) -> Draft:
         for value in asked:
             if not -(1 << 31) <= value < 1 << 31:
                 continue
-            status = twin.put(keys, values, key, value)
-            rows.append((key, value, int(status), values[key] if key < len(keys) else 0))
-    rows.append((255, 0, int(twin.Status.UNKNOWN_KEY), 0))
+            rows.append((key, value, int(twin.put(keys, values, key, value))))
+    rows.append((255, 0, int(twin.Status.UNKNOWN_KEY)))
     return Draft(
         "settings_keys",
-        "settings: set by key, from the factory's values on",
+        "settings: what is taken by key",
         {
             "key": "u8",
             "asked": "int32",
             "status": "settings_status_t",
-            "value": "int32, what the key gives after it; 0 for an unknown key",
         },
         rows,
         origin=ORIGIN,

@@ -18,12 +18,14 @@ from tools.measure import (
     runner_imu,
     runner_mahony,
     runner_scale,
+    runner_settings,
     runner_temperature,
 )
 from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
 RUNNER_SCALE = RUNNER.with_name("runner_scale.elf")  # one chip does not hold all modules
+RUNNER_SETTINGS = RUNNER.with_name("runner_settings.elf")
 RUNNER_TEMPERATURE = RUNNER.with_name("runner_temperature.elf")
 SEED = 7
 RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
@@ -93,6 +95,7 @@ def _cases() -> dict[str, Case]:
         "checkweigher": Case(
             "checkweigher_update", runner_scale.drive_checkweigher, elf=RUNNER_SCALE
         ),
+        "settings": Case("settings_save_step", runner_settings.drive, elf=RUNNER_SETTINGS),
         "temperature": Case(
             "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
         ),

@@ -65,23 +65,22 @@ def save(
     """Save as store.c does; what was saved at last is in the EEPROM, the sequence in what is given.
 
     cut_at : the power fails in this write, 0 being the first; the cell is left with `left` in it.
-    meanwhile : called after each write with its number, the save and the settings.
+    meanwhile : called after each step with its number, the save and the settings.
     """
     saving = SettingsSave(eeprom.slots)
     saving.ask()
     written = 0
-    for _ in range(STEPS_MAX):
+    for number in range(STEPS_MAX):
         if saving.state != WRITING:
             return saving
         address = saving.address
         step, wanted = saving.step(settings, eeprom.read(address))
-        if step == SettingsCell.PASSED:
-            continue
-        eeprom.write(address, wanted, step)
-        if written == cut_at:
-            eeprom.cells[address] = left
-            raise PowerCut
+        if step != SettingsCell.PASSED:
+            eeprom.write(address, wanted, step)
+            if written == cut_at:
+                eeprom.cells[address] = left
+                raise PowerCut
+            written += 1
         if meanwhile:
-            meanwhile(written, saving, settings)
-        written += 1
+            meanwhile(number, saving, settings)
     raise AssertionError("a save without an end")
