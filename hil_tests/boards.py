@@ -19,6 +19,7 @@ IMAGE = Path(__file__).resolve().parents[1] / ".build" / "firmware" / "terazi.el
 SLICE_S = 0.005  # simulated time between looks at the serial line
 HELLO_S = 3.0  # optiboot listens for a second after a reset
 DTR_PAUSE_S = 0.1  # a port closed and opened in one breath would not be seen to have been closed
+NOISE_COUNTS = 5.0  # of the quietest converter; a simulated one has this where a case says nothing
 SAMPLES_LATEST_S = 2.0  # at 10 SPS: 400 ms to settle, 100 ms each
 
 
@@ -109,7 +110,8 @@ class VirtualBoard(Board):
     def __init__(self, **how):
         from virtual_uno import Uno  # only here: a real board needs no simulator
 
-        self.uno = Uno(IMAGE, **how)
+        # A converter has noise of its own: counts without any are a fault, and nothing is stable.
+        self.uno = Uno(IMAGE, **{"noise_counts": NOISE_COUNTS} | how)
         self.link = Link(LockStepTransport(self.uno), name="the virtual Uno")
 
     def truth(self, _what):

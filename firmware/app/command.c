@@ -3,171 +3,216 @@
 
 #include "frame.h"
 #include "messages.h"
+#include "setup.h"
 #include "telemetry.h"
 #include "weighing.h"
+#include "words.h"
 
 #include <avr/pgmspace.h>
 #include <stdbool.h>
 #include <string.h>
 
+/* When a command has its time. */
 enum {
-    WORD_MAX    = 7,   /* characters of the longest line that is taken */
-    LINE_BROKEN = 0xFF /* too long or not printable: nothing until its end */
+    ANY_TIME,
+    NOT_CALIBRATING, /* refused in the middle of a calibration */
+    CALIBRATING      /* refused outside of one */
 };
 
+enum { ANY = 255 };
+
+typedef struct {
+    uint8_t id;
+    uint8_t len;  /* of the payload */
+    uint8_t most; /* greatest value of the first byte */
+    uint8_t time;
+} rule_t;
+
+#define RULE(name, most, time)                                  \
+    {                                                           \
+        MESSAGES_##name##_ID, MESSAGES_##name##_LEN, most, time \
+    }
+
+static const rule_t rules[] PROGMEM = {
+    RULE(GET_INFO, ANY, ANY_TIME),
+    RULE(SET_STREAM, MESSAGES_SET_STREAM_MASK_MAX, ANY_TIME),
+    RULE(SET_TEXT_MODE, MESSAGES_SET_TEXT_MODE_ON_MAX, ANY_TIME),
+    RULE(TARE, ANY, NOT_CALIBRATING),
+    RULE(TARE_CLEAR, ANY, NOT_CALIBRATING),
+    RULE(ZERO, ANY, NOT_CALIBRATING),
+    RULE(SHOW, MESSAGES_SHOW_VIEW_MAX, ANY_TIME),
+    RULE(COUNT_PIECES, ANY, NOT_CALIBRATING),
+    RULE(RESET_COUNTS, ANY, NOT_CALIBRATING),
+    RULE(CALIBRATE_BEGIN, ANY, NOT_CALIBRATING),
+    RULE(CALIBRATE_POINT, ANY, CALIBRATING),
+    RULE(CALIBRATE_KNOWN, ANY, CALIBRATING),
+    RULE(CALIBRATE_END, ANY, CALIBRATING),
+    RULE(CALIBRATE_ABORT, ANY, CALIBRATING),
+    RULE(GET_POINT, MESSAGES_GET_POINT_INDEX_MAX, ANY_TIME),
+    RULE(GET_SETTING, ANY, ANY_TIME),
+    RULE(SET_SETTING, ANY, NOT_CALIBRATING),
+    RULE(SAVE_SETTINGS, ANY, NOT_CALIBRATING),
+    RULE(RESET_SETTINGS, MESSAGES_RESET_SETTINGS_WHAT_MAX, NOT_CALIBRATING),
+};
+
+/* A payload, by the one field that its command begins with, or by all of them. */
+typedef union {
+    uint8_t                    first;
+    messages_count_pieces_t    pieces;
+    messages_calibrate_point_t taken;
+    messages_calibrate_known_t known;
+    messages_setting_t         setting; /* GET_SETTING and SET_SETTING are its head and all */
+    messages_point_t           point;   /* GET_POINT is its head */
+} fields_t;
+
+_Static_assert(sizeof(messages_setting_t) == MESSAGES_SET_SETTING_LEN, "SET_SETTING is a SETTING");
+
 static frame_decoder_t decoder;
-static char            word[WORD_MAX + 1];
-static uint8_t         word_len; /* 0..WORD_MAX, or LINE_BROKEN */
-static bool            after_return;
 
 void command_init(void)
 {
     frame_decoder_init(&decoder);
-    word_len     = 0;
-    after_return = false;
+    words_init();
 }
 
-static uint8_t set_stream(const uint8_t payload[], uint8_t len)
+static bool is_within(int32_t value, int32_t most)
 {
-    messages_set_stream_t command;
-
-    if (len != MESSAGES_SET_STREAM_LEN) { return MESSAGES_RESULT_WRONG_LENGTH; }
-    if (!messages_set_stream_unpack(&command, payload, len)) {
-        return MESSAGES_RESULT_OUT_OF_RANGE;
-    }
-    telemetry_set_stream(command.mask);
-    return MESSAGES_RESULT_OK;
+    return value >= -most && value <= most;
 }
 
-static uint8_t set_text_mode(const uint8_t payload[], uint8_t len)
-{
-    messages_set_text_mode_t command;
+_Static_assert(MESSAGES_CALIBRATE_POINT_MASS_MG_MIN == -MESSAGES_CALIBRATE_POINT_MASS_MG_MAX &&
+                   MESSAGES_CALIBRATE_KNOWN_MASS_MG_MIN == -MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX &&
+                   MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MIN ==
+                       -MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MAX,
+               "ranges are even");
 
-    if (len != MESSAGES_SET_TEXT_MODE_LEN) { return MESSAGES_RESULT_WRONG_LENGTH; }
-    if (!messages_set_text_mode_unpack(&command, payload, len)) {
-        return MESSAGES_RESULT_OUT_OF_RANGE;
-    }
-    telemetry_set_text_mode(command.on != 0U);
-    return MESSAGES_RESULT_OK;
-}
-
-static uint8_t tare(uint8_t len)
-{
-    if (len != MESSAGES_TARE_LEN) { return MESSAGES_RESULT_WRONG_LENGTH; }
-    return weighing_tare();
-}
-
-static uint8_t get_info(uint8_t len)
-{
-    return len == MESSAGES_GET_INFO_LEN ? MESSAGES_RESULT_OK : MESSAGES_RESULT_WRONG_LENGTH;
-}
-
-static uint8_t execute(uint8_t id, const uint8_t payload[], uint8_t len)
+/* Of the fields that the table says nothing of. */
+static bool in_range(uint8_t id, const fields_t *fields)
 {
     switch (id) {
-    case MESSAGES_GET_INFO_ID: return get_info(len);
-    case MESSAGES_SET_STREAM_ID: return set_stream(payload, len);
-    case MESSAGES_SET_TEXT_MODE_ID: return set_text_mode(payload, len);
-    case MESSAGES_TARE_ID: return tare(len);
-    default: return MESSAGES_RESULT_UNKNOWN_COMMAND;
+    case MESSAGES_COUNT_PIECES_ID: return fields->pieces.pieces >= MESSAGES_COUNT_PIECES_PIECES_MIN;
+    case MESSAGES_CALIBRATE_POINT_ID:
+        return is_within(fields->taken.mass_mg, MESSAGES_CALIBRATE_POINT_MASS_MG_MAX);
+    case MESSAGES_CALIBRATE_KNOWN_ID:
+        return is_within(fields->known.mass_mg, MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX) &&
+               is_within(fields->known.counts_q7, MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MAX);
+    default: return true;
     }
 }
 
-static void answer_by_frame(uint8_t id, uint8_t sequence, uint8_t result)
+/* Why a command is refused before it is tried. */
+static uint8_t judge(uint8_t id, uint8_t len, const fields_t *fields)
 {
-    const messages_ack_t ack = {.command = id, .command_sequence = sequence, .result = result};
+    const rule_t *rule = rules;
 
-    telemetry_ack(&ack);
-    if (result != MESSAGES_RESULT_OK || id != MESSAGES_GET_INFO_ID) { return; }
-    telemetry_hello();
-    telemetry_status();
-}
-
-static void answer_by_line(uint8_t id, uint8_t result)
-{
-    if (id == MESSAGES_GET_INFO_ID) {
-        telemetry_info_lines();
-    } else {
-        telemetry_answer_line(word, result);
-    }
-}
-
-static void run_frame(void)
-{
-    frame_t frame;
-
-    frame_decoder_read(&decoder, &frame);
-    answer_by_frame(frame.id, frame.sequence, execute(frame.id, frame.payload, frame.payload_len));
-}
-
-/* The word's command and the one byte of payload it stands for; 0 is no command's id. */
-static uint8_t look_up(uint8_t *payload)
-{
-    *payload = 0;
-    if (strcmp_P(word, PSTR("tare")) == 0) { return MESSAGES_TARE_ID; }
-    if (strcmp_P(word, PSTR("info")) == 0) { return MESSAGES_GET_INFO_ID; }
-    if (strcmp_P(word, PSTR("frames")) == 0) { return MESSAGES_SET_TEXT_MODE_ID; }
-    if (strcmp_P(word, PSTR("text")) == 0) {
-        *payload = 1;
-        return MESSAGES_SET_TEXT_MODE_ID;
-    }
-    return 0;
-}
-
-static void run_word(void)
-{
-    uint8_t       payload;
-    const uint8_t id     = look_up(&payload);
-    const uint8_t len    = id == MESSAGES_SET_TEXT_MODE_ID ? MESSAGES_SET_TEXT_MODE_LEN : 0U;
-    const uint8_t result = execute(id, &payload, len);
-
-    if (result == MESSAGES_RESULT_UNKNOWN_COMMAND) { telemetry_count_bad_rx(); }
-    if (telemetry_text_mode()) {
-        answer_by_line(id, result);
-    } else if (result != MESSAGES_RESULT_UNKNOWN_COMMAND) {
-        answer_by_frame(id, 0, result);
-    }
-}
-
-/* True if the byte ended a line: then the frame decoder must forget the line's bytes, or it would
- * take them for the head of the next frame. */
-static bool collect_line(uint8_t byte)
-{
-    const bool is_return   = byte == '\r';
-    const bool is_line_end = is_return || byte == '\n';
-    const bool second_half = byte == '\n' && after_return; /* of \r\n */
-
-    after_return = false;
-    if (byte == 0U) {
-        word_len = 0;
-    } else if (!is_line_end) {
-        const bool fits = word_len < WORD_MAX && byte >= ' ' && byte <= '~';
-        if (fits) {
-            word[word_len++] = (char)byte;
-        } else {
-            word_len = LINE_BROKEN;
+    while (pgm_read_byte(&rule->id) != id) {
+        if (++rule == &rules[sizeof rules / sizeof rules[0]]) {
+            return MESSAGES_RESULT_UNKNOWN_COMMAND;
         }
-    } else if (word_len != 0U && word_len != LINE_BROKEN) {
-        word[word_len] = '\0';
-        word_len       = 0;
-        after_return   = is_return;
-        run_word();
-        return true;
-    } else {
-        word_len = 0;
     }
-    return second_half;
+    if (pgm_read_byte(&rule->len) != len) { return MESSAGES_RESULT_WRONG_LENGTH; }
+    if (len != 0U && fields->first > pgm_read_byte(&rule->most)) {
+        return MESSAGES_RESULT_OUT_OF_RANGE;
+    }
+    if (!in_range(id, fields)) { return MESSAGES_RESULT_OUT_OF_RANGE; }
+    const uint8_t time = pgm_read_byte(&rule->time);
+    if (weighing_is_calibrating()) {
+        return time == NOT_CALIBRATING ? MESSAGES_RESULT_CALIBRATING : MESSAGES_RESULT_OK;
+    }
+    return time == CALIBRATING ? MESSAGES_RESULT_NOT_CALIBRATING : MESSAGES_RESULT_OK;
+}
+
+/* Points and settings that are asked for come back in `fields`. */
+static uint8_t act(uint8_t id, fields_t *fields)
+{
+    switch (id) {
+    case MESSAGES_SET_STREAM_ID: telemetry_set_stream(fields->first); break;
+    case MESSAGES_SET_TEXT_MODE_ID: telemetry_set_text_mode(fields->first != 0U); break;
+    case MESSAGES_TARE_ID: return weighing_tare();
+    case MESSAGES_TARE_CLEAR_ID: return weighing_tare_clear();
+    case MESSAGES_ZERO_ID: return weighing_zero();
+    case MESSAGES_SHOW_ID: return weighing_view(fields->first);
+    case MESSAGES_COUNT_PIECES_ID: return weighing_count_pieces(fields->pieces.pieces);
+    case MESSAGES_RESET_COUNTS_ID: return weighing_reset_counts();
+    case MESSAGES_CALIBRATE_BEGIN_ID: weighing_calibrate_begin(); break;
+    case MESSAGES_CALIBRATE_POINT_ID: {
+        const int32_t mass_mg = fields->taken.mass_mg;
+        fields->point.mass_mg = mass_mg;
+        return weighing_calibrate_point(&fields->point);
+    }
+    case MESSAGES_CALIBRATE_KNOWN_ID: {
+        const messages_calibrate_known_t known = fields->known;
+        fields->point.counts_q7                = known.counts_q7;
+        fields->point.mass_mg                  = known.mass_mg;
+        return weighing_calibrate_known(&fields->point);
+    }
+    case MESSAGES_CALIBRATE_END_ID: return weighing_calibrate_end();
+    case MESSAGES_CALIBRATE_ABORT_ID: weighing_calibrate_abort(); break;
+    case MESSAGES_GET_POINT_ID: return weighing_point(&fields->point);
+    case MESSAGES_GET_SETTING_ID: return setup_get(fields->setting.key, &fields->setting.value);
+    case MESSAGES_SET_SETTING_ID: return setup_set(fields->setting.key, fields->setting.value);
+    case MESSAGES_SAVE_SETTINGS_ID: setup_save(); break;
+    case MESSAGES_RESET_SETTINGS_ID: setup_reset(fields->first); break;
+    default: break;
+    }
+    return MESSAGES_RESULT_OK;
+}
+
+static uint8_t run(uint8_t id, const uint8_t payload[], uint8_t len, fields_t *fields)
+{
+    if (len <= sizeof *fields) { memcpy(fields, payload, len); }
+    const uint8_t refusal = judge(id, len, fields);
+
+    return refusal == MESSAGES_RESULT_OK ? act(id, fields) : refusal;
+}
+
+uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len)
+{
+    fields_t fields = {0};
+
+    return run(id, payload, len, &fields);
+}
+
+void command_answer(uint8_t id, uint8_t sequence, const uint8_t payload[], uint8_t len)
+{
+    fields_t       fields = {0};
+    const uint8_t  result = run(id, payload, len, &fields);
+    messages_ack_t ack    = {.command = id, .command_sequence = sequence, .result = result};
+
+    telemetry_answer(MESSAGES_ACK_ID, &ack, sizeof ack);
+    if (result != MESSAGES_RESULT_OK) { return; }
+    switch (id) {
+    case MESSAGES_GET_INFO_ID:
+        telemetry_hello();
+        telemetry_status();
+        break;
+    case MESSAGES_CALIBRATE_POINT_ID:
+    case MESSAGES_CALIBRATE_KNOWN_ID:
+    case MESSAGES_GET_POINT_ID:
+        telemetry_answer(MESSAGES_POINT_ID, &fields.point, sizeof fields.point);
+        break;
+    case MESSAGES_GET_SETTING_ID:
+    case MESSAGES_SET_SETTING_ID:
+        telemetry_answer(MESSAGES_SETTING_ID, &fields.setting, sizeof fields.setting);
+        break;
+    default: break;
+    }
 }
 
 void command_receive(uint8_t byte)
 {
     switch (frame_decoder_push(&decoder, byte)) {
-    case FRAME_READY: run_frame(); break;
+    case FRAME_READY: {
+        frame_t frame;
+        frame_decoder_read(&decoder, &frame);
+        command_answer(frame.id, frame.sequence, frame.payload, frame.payload_len);
+        break;
+    }
     case FRAME_PENDING: break;
     case FRAME_BAD_COBS:
     case FRAME_BAD_LEN:
     case FRAME_BAD_CRC:
     default: telemetry_count_bad_rx(); break;
     }
-    if (collect_line(byte)) { frame_decoder_init(&decoder); }
+    if (words_receive(byte)) { frame_decoder_init(&decoder); }
 }

@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* command - what a host or a person may ask of the device.
+/* command - what a host may ask of the device, by frames.
  *
- * Model     every received byte goes to the frame decoder and to the collector of lines. A line is
- *           one of the words `text`, `frames`, `tare`, `info` and an end of line, and does what the
- *           frame command does. The two cannot be taken for one another: a command frame starts
- *           with a COBS code of at most 3, because a host's device_us is 0, so no printable line
- *           ever starts it; and a line holds no 0x00, so it never ends as a frame.
- * Answers   to a frame: ACK with its sequence, in either mode. To a line: a line in text mode, an
- *           ACK with sequence 0 else. A command that is refused changes nothing.
- * Bad data  whatever comes is survived; a body or a line that means nothing is counted
+ * Model     one table says of each command how long it is, what its first field may be and whether
+ *           it has its time in the middle of a calibration. Refused in this order: unknown command,
+ *           wrong length, out of range, calibrating or not calibrating; then the command itself
+ *           may still refuse
+ * Answers   an ACK, and behind it what was asked for. A command that is refused changes nothing
+ * Bad data  whatever comes is survived; a body that means nothing is counted
  * Context   main loop
  */
 #ifndef COMMAND_H
@@ -20,5 +18,11 @@ void command_init(void);
 
 /* Take one received byte and act on what it completes. */
 void command_receive(uint8_t byte);
+
+/* Do what a frame of this command would, answers left out; MESSAGES_RESULT_... */
+uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len);
+
+/* The same, answered by frames. */
+void command_answer(uint8_t id, uint8_t sequence, const uint8_t payload[], uint8_t len);
 
 #endif

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "command.h"
+#include "health.h"
 #include "hx711.h"
 #include "idle.h"
-#include "led.h"
+#include "lamp.h"
+#include "setup.h"
+#include "store.h"
 #include "telemetry.h"
+#include "thermometer.h"
 #include "ticks.h"
 #include "uart.h"
 #include "watchdog.h"
@@ -11,6 +15,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#define THERMOMETER_US 1000000UL
 
 /* Not more than the buffer holds: a host that never stops must not keep the converter waiting. */
 static void receive(void)
@@ -24,34 +30,43 @@ static void receive(void)
 
 static void weigh(void)
 {
-    hx711_conversion_t conversion;
-    hx711_status_t     status = hx711_poll(&conversion);
+    hx711_conversion_t   conversion = {0};
+    messages_sample_t    sample;
+    const hx711_status_t status = hx711_poll(&conversion);
 
-    if (status == HX711_NOTHING) { return; }
-    if (status > HX711_DROPPED) { /* there was no conversion */
-        weighing_lose_beat();
-    } else if (!weighing_time(conversion.device_us)) {
-        hx711_distrust();
-        status = HX711_DROPPED;
-    }
-    if (hx711_state() != HX711_STATE_RUNNING) { weighing_restart(); }
-    if (status == HX711_CONVERSION) {
-        messages_sample_t sample;
-        weighing_update(&sample, &conversion);
+    if (status != HX711_NOTHING && weighing_take(&sample, status, &conversion)) {
         telemetry_sample(&sample, conversion.device_us);
+    }
+}
+
+static void measure_temperature(uint32_t now_us)
+{
+    static uint32_t asked_us;
+    int16_t         centi;
+
+    if (now_us - asked_us >= THERMOMETER_US) {
+        asked_us = now_us;
+        thermometer_ask(now_us);
+    }
+    switch (thermometer_poll(&centi, now_us)) {
+    case THERMOMETER_READING: weighing_temperature(centi); break;
+    case THERMOMETER_MISSING: weighing_no_temperature(); break;
+    case THERMOMETER_NOTHING:
+    default: break;
     }
 }
 
 int main(void)
 {
-    led_init();
+    lamp_init();
     ticks_init();
     uart_init();
-    weighing_init();
+    setup_init();
     command_init();
     telemetry_init();
+    thermometer_init();
     idle_init();
-    hx711_init(HX711_GAIN_128);
+    hx711_init((hx711_gain_t)setup.gain);
     watchdog_start();
     telemetry_hello();
 
@@ -60,7 +75,11 @@ int main(void)
         idle_clear_work();
         receive();
         weigh();
-        telemetry_tick(ticks_device_us());
+        const uint32_t now_us = ticks_device_us();
+        measure_temperature(now_us);
+        store_tick(&setup);
+        telemetry_tick(now_us);
+        lamp_update(health_faults(), now_us);
         idle_sleep();
     }
 }

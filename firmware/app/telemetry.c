@@ -3,10 +3,12 @@
 
 #include "counter.h"
 #include "frame.h"
+#include "health.h"
 #include "hx711.h"
 #include "idle.h"
-#include "led.h"
+#include "setup.h"
 #include "stack.h"
+#include "store.h"
 #include "text.h"
 #include "ticks.h"
 #include "uart.h"
@@ -15,6 +17,7 @@
 #include "weighing.h"
 
 #define SECOND_US 1000000UL
+#define WEIGHT_US 100000UL /* 10 a second */
 
 enum {
     FRAME_OVERHEAD = 1 + FRAME_WIRE_MAX - FRAME_PAYLOAD_MAX, /* with a delimiter before it */
@@ -37,12 +40,22 @@ _Static_assert((int)WATCHDOG_CAUSE_UNKNOWN == (int)MESSAGES_RESET_CAUSE_UNKNOWN 
                    (int)WATCHDOG_CAUSE_WATCHDOG == (int)MESSAGES_RESET_CAUSE_WATCHDOG,
                "reset_cause in messages.toml");
 
+/* This chip is little-endian and pads nothing: a message lies in memory as it does on the wire. */
+_Static_assert(sizeof(messages_hello_t) == MESSAGES_HELLO_LEN &&
+                   sizeof(messages_status_t) == MESSAGES_STATUS_LEN &&
+                   sizeof(messages_sample_t) == MESSAGES_SAMPLE_LEN &&
+                   sizeof(messages_weight_t) == MESSAGES_WEIGHT_LEN,
+               "no padding");
+
 static uint8_t  stream_mask;
 static bool     text_mode;
 static bool     line_is_dirty; /* the receiver may hold bytes that are no frame's */
 static uint8_t  sequence;
+static uint8_t  weight_flags; /* as told by the last WEIGHT */
+static bool     stream_lost;  /* in the present second something streamed did not fit */
 static uint16_t frames_dropped;
 static uint16_t rx_bad_frames;
+static uint32_t weight_us; /* when the last WEIGHT was due */
 static uint32_t second_us; /* start of the present second */
 static uint32_t closed_us; /* when the last one was closed, a little after its end */
 static uint32_t uptime_s;
@@ -51,7 +64,8 @@ static uint16_t stack_free;        /* as of its end: counting takes too long to 
 
 void telemetry_init(void)
 {
-    stream_mask   = MESSAGES_STREAM_FLAG_SAMPLE | MESSAGES_STREAM_FLAG_STATUS;
+    stream_mask   = setup.stream_mask;
+    text_mode     = setup.text_mode != 0U;
     stack_free    = stack_free_bytes();
     line_is_dirty = true; /* a boot loader may have spoken, or a torn frame before the reset */
 }
@@ -62,11 +76,12 @@ static bool refuse(uint8_t len, uint8_t leave)
     const bool full = (uint16_t)len + leave > uart_write_room();
 
     if (full) { counter_add(&frames_dropped, 1); }
+    if (full && leave == STREAM_LEAVES) { stream_lost = true; }
     return full;
 }
 
-static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_t payload_len,
-                 uint8_t leave)
+static __attribute__((noinline)) void send(uint8_t id, uint32_t device_us, const void *payload,
+                                           uint8_t payload_len, uint8_t leave)
 {
     uint8_t       wire[1 + FRAME_WIRE_MAX] = {0}; /* a delimiter, if one is needed, goes before */
     const frame_t frame                    = {.id          = id,
@@ -81,15 +96,26 @@ static void send(uint8_t id, uint32_t device_us, const uint8_t payload[], uint8_
     line_is_dirty     = !uart_write(&wire[head], len);
 }
 
+/* What is streamed, unless it is not wanted or a person is reading. */
+static void stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *payload, uint8_t len)
+{
+    if (text_mode || (stream_mask & flag) == 0U) { return; }
+    send(id, device_us, payload, len, STREAM_LEAVES);
+}
+
 static void send_line(const text_line_t *line)
 {
     line_is_dirty = true;
     uart_write((const uint8_t *)line->characters, line->len);
 }
 
-void telemetry_hello(void)
+void telemetry_answer(uint8_t id, const void *message, uint8_t len)
 {
-    const weighing_setup_t setup = weighing_setup();
+    send(id, ticks_device_us(), message, len, ANSWERS_LEAVE);
+}
+
+__attribute__((noinline)) void telemetry_hello(void)
+{
     const messages_hello_t hello = {.protocol_fingerprint  = MESSAGES_FINGERPRINT,
                                     .version_major         = VERSION_MAJOR,
                                     .version_minor         = VERSION_MINOR,
@@ -97,19 +123,17 @@ void telemetry_hello(void)
                                     .build                 = VERSION_BUILD,
                                     .reset_cause           = (uint8_t)watchdog_reset_cause(),
                                     .gain                  = hx711_gain(),
-                                    .fir_design            = setup.fir_design,
-                                    .fir_taps              = setup.fir_taps,
-                                    .kf_schedule           = setup.kf_schedule,
+                                    .fir_design            = WEIGHING_FIR_DESIGN,
+                                    .fir_taps              = WEIGHING_FIR_TAPS,
+                                    .kf_schedule           = WEIGHING_KF_SCHEDULE,
                                     .converter_rate_hz_q16 = weighing_rate_hz_q16(),
                                     .chain_order           = setup.chain_order,
                                     .kf_kind               = setup.kf_kind};
-    uint8_t                payload[MESSAGES_HELLO_LEN];
 
-    send(MESSAGES_HELLO_ID, ticks_device_us(), payload, messages_hello_pack(payload, &hello),
-         ANSWERS_LEAVE);
+    telemetry_answer(MESSAGES_HELLO_ID, &hello, sizeof hello);
 }
 
-static void send_status(uint8_t leave)
+static __attribute__((noinline)) void send_status(uint8_t leave)
 {
     const hx711_counters_t   *converter = hx711_counters();
     const weighing_counters_t chain     = weighing_counters();
@@ -128,11 +152,13 @@ static void send_status(uint8_t leave)
                                            .rx_overruns           = uart_rx_overruns(),
                                            .rx_bad_frames         = rx_bad_frames,
                                            .stack_free_bytes      = stack_free,
-                                           .cpu_busy_permille     = cpu_busy_permille};
-    uint8_t                   payload[MESSAGES_STATUS_LEN];
+                                           .cpu_busy_permille     = cpu_busy_permille,
+                                           .faults                = health_faults(),
+                                           .faults_seen           = health_seen(),
+                                           .settings_state        = store_state(),
+                                           .settings_saved        = store_sequence()};
 
-    send(MESSAGES_STATUS_ID, ticks_device_us(), payload, messages_status_pack(payload, &status),
-         leave);
+    send(MESSAGES_STATUS_ID, ticks_device_us(), &status, sizeof status, leave);
 }
 
 void telemetry_status(void)
@@ -140,27 +166,47 @@ void telemetry_status(void)
     send_status(ANSWERS_LEAVE);
 }
 
-void telemetry_ack(const messages_ack_t *ack)
+static __attribute__((noinline)) void stream_weight(uint32_t now_us)
 {
-    uint8_t payload[MESSAGES_ACK_LEN];
+    messages_weight_t weight;
 
-    send(MESSAGES_ACK_ID, ticks_device_us(), payload, messages_ack_pack(payload, ack),
-         ANSWERS_LEAVE);
+    weighing_show(&weight);
+    weight.faults = health_faults();
+    weight_flags  = weight.weight_flags;
+    weight_us     = now_us;
+    stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight, sizeof weight);
+}
+
+static __attribute__((noinline)) void stream_events(void)
+{
+    union {
+        messages_step_t    step;
+        messages_product_t product;
+    } event;
+    uint32_t device_us;
+
+    if (weighing_step(&event.step, &device_us)) {
+        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_STEP_ID, device_us, &event.step,
+               sizeof event.step);
+    }
+    if (weighing_product(&event.product, &device_us)) {
+        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_PRODUCT_ID, device_us, &event.product,
+               sizeof event.product);
+    }
 }
 
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
 {
-    if ((stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) == 0U) { return; }
-    if (text_mode) {
+    if (text_mode && (stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) != 0U) {
         text_line_t line;
         if (refuse(TEXT_LINE_MAX, STREAM_LEAVES)) { return; }
         text_sample(&line, sample);
         send_line(&line);
-    } else {
-        uint8_t payload[MESSAGES_SAMPLE_LEN];
-        send(MESSAGES_SAMPLE_ID, device_us, payload, messages_sample_pack(payload, sample),
-             STREAM_LEAVES);
+        return;
     }
+    stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample, sizeof *sample);
+    if (sample->weight_flags != weight_flags) { stream_weight(device_us); }
+    stream_events();
 }
 
 static void close_second(uint32_t elapsed_us)
@@ -172,19 +218,28 @@ static void close_second(uint32_t elapsed_us)
     cpu_busy_permille = (uint16_t)permille_busy; /* <= 1001 */
     stack_free        = stack_free_bytes();
     if (uptime_s != UINT32_MAX) { uptime_s++; }
+    health_note(MESSAGES_FAULT_FLAG_TELEMETRY_LOST,
+                stream_lost ? MESSAGES_FAULT_FLAG_TELEMETRY_LOST : 0U);
+    stream_lost = false;
 }
 
 /* Whole, for the tests that hold the main loop up break in here. */
 __attribute__((noinline)) void telemetry_tick(uint32_t now_us)
 {
-    if (now_us - second_us < SECOND_US) { return; }
-    second_us += SECOND_US;
-    close_second(now_us - closed_us);
-    closed_us = now_us;
+    if (now_us - second_us >= SECOND_US) {
+        second_us += SECOND_US;
+        close_second(now_us - closed_us);
+        closed_us = now_us;
+        if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && !text_mode) {
+            send_status(STREAM_LEAVES);
+        }
+    }
+    if (now_us - weight_us >= WEIGHT_US) { stream_weight(now_us); }
 
-    led_set(hx711_state() != HX711_STATE_RUNNING || (uptime_s & 1U) != 0U);
-    if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && !text_mode) {
-        send_status(STREAM_LEAVES);
+    const uint16_t changed = health_take_changed();
+    if (changed != 0U) {
+        const messages_fault_t fault = {.faults = health_faults(), .changed = changed};
+        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_FAULT_ID, now_us, &fault, sizeof fault);
     }
 }
 
@@ -192,7 +247,7 @@ void telemetry_info_lines(void)
 {
     text_line_t line;
 
-    if (refuse(2 * TEXT_LINE_MAX, ANSWERS_LEAVE)) { return; }
+    if (refuse(2 * TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
     text_version(&line);
     send_line(&line);
     text_converter(&line, hx711_gain(), weighing_rate_hz_q16());
@@ -203,7 +258,7 @@ void telemetry_answer_line(const char *word, uint8_t result)
 {
     text_line_t line;
 
-    if (refuse(TEXT_LINE_MAX, ANSWERS_LEAVE)) { return; }
+    if (refuse(TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
     text_answer(&line, word, result);
     send_line(&line);
 }

@@ -14,18 +14,21 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Streaming everything, in frames. */
+/* Streaming as the settings say. */
 void telemetry_init(void);
 
-/* Once around the main loop: keeps the second's figures and sends STATUS when its time has come. */
+/* Once around the main loop: keeps the second's figures and sends what has its time. */
 void telemetry_tick(uint32_t now_us);
 
-/* One conversion through the chain, if it is to be streamed: as a frame or as a line. */
+/* One conversion through the chain, and what came of it, as far as it is to be streamed: as frames
+ * or as a line. */
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us);
 
 void telemetry_hello(void);
 void telemetry_status(void);
-void telemetry_ack(const messages_ack_t *ack);
+
+/* A message as it lies in memory. */
+void telemetry_answer(uint8_t id, const void *message, uint8_t len);
 
 /* The same for a person. Names a result of messages.toml and the word it answers. */
 void telemetry_info_lines(void);

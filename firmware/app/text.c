@@ -11,6 +11,8 @@
 /* Lines are for people, who can wait: gcc would copy these into every caller. */
 #define COMPACT __attribute__((noinline, cold))
 
+static const char words[] PROGMEM = " (text frames tare clear zero info)";
+
 COMPACT static void put_char(text_line_t *line, char character)
 {
     if (line->len < TEXT_LINE_MAX) { line->characters[line->len++] = character; }
@@ -82,6 +84,8 @@ void text_sample(text_line_t *line, const messages_sample_t *sample)
     put_i32(line, (sample->kf_counts_q7 + half_q7) >> WEIGHT_KF_FRACTION_BITS);
     put_rom(line, PSTR(",weight_g:"));
     put_milli(line, sample->net_mg);
+    put_rom(line, PSTR(",stable:"));
+    put_char(line, (sample->weight_flags & MESSAGES_WEIGHT_FLAG_STABLE) != 0U ? '1' : '0');
     put_end(line);
 }
 
@@ -96,7 +100,7 @@ void text_version(text_line_t *line)
     put_u32(line, VERSION_PATCH, 10);
     put_rom(line, PSTR(" build=x"));
     put_u32(line, VERSION_BUILD, 16);
-    put_rom(line, PSTR(" (text frames tare info)"));
+    put_rom(line, words);
     put_end(line);
 }
 
@@ -122,7 +126,11 @@ void text_answer(text_line_t *line, const char *word, uint8_t result)
     case MESSAGES_RESULT_OK: put_rom(line, PSTR(": ok")); break;
     case MESSAGES_RESULT_NOT_STABLE: put_rom(line, PSTR(": not stable")); break;
     case MESSAGES_RESULT_OUT_OF_RANGE: put_rom(line, PSTR(": out of range")); break;
-    default: put_rom(line, PSTR(": unknown (text frames tare info)")); break;
+    case MESSAGES_RESULT_CALIBRATING: put_rom(line, PSTR(": calibrating")); break;
+    default:
+        put_rom(line, PSTR(": unknown"));
+        put_rom(line, words);
+        break;
     }
     put_end(line);
 }

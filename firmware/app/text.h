@@ -2,9 +2,10 @@
 /* text - lines for a person who has nothing but a serial monitor.
  *
  * Model     samples in the form of the Arduino Serial Plotter:
- *           `raw:-12,fir:-11,kf:-11,weight_g:-0.026`. Every other line starts with `#` and holds
+ *           `raw:-12,fir:-11,kf:-11,weight_g:-0.026,stable:0`. Every other line starts with `#`
+ *           and holds
  *           no bare number, which the plotter would draw.
- * Formats   raw, fir and kf in counts, kf rounded half up; weight in g with three decimals
+ * Formats   raw, fir and kf in counts, kf rounded half up; net weight in g with three decimals
  * Context   main loop; pure but for the line it fills
  */
 #ifndef TEXT_H
@@ -14,8 +15,8 @@
 
 #include <stdint.h>
 
-/* "raw:-8388608,fir:-8388608,kf:-8388608,weight_g:-2147483.648\r\n" is the longest sample. */
-enum { TEXT_LINE_MAX = 64 };
+/* "raw:-8388608,fir:-8388608,kf:-8388608,weight_g:-2147483.648,stable:0\r\n" is the longest. */
+enum { TEXT_LINE_MAX = 72 };
 
 typedef struct {
     char    characters[TEXT_LINE_MAX]; /* no terminator */

@@ -2,17 +2,18 @@
 #include "weighing.h"
 
 #include "counter.h"
+#include "faults.h"
 #include "fir.h"
 #include "fir_designs.h"
+#include "health.h"
 #include "rate.h"
-#include "scale.h"
-#include "scale_units.h"
+#include "setup.h"
+#include "temperature.h"
+#include "weighing_internal.h"
 #include "weight_kf.h"
 #include "weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
 #include "weight_kf_gains.h"
-
-enum { FIR_DESIGN = 0, KF_SCHEDULE = 0 }; /* indices in fir.toml and weight_kf.toml */
 
 #define ONE_Q7  (1L << WEIGHT_KF_FRACTION_BITS)
 #define HALF_Q7 (ONE_Q7 / 2)
@@ -20,137 +21,45 @@ enum { FIR_DESIGN = 0, KF_SCHEDULE = 0 }; /* indices in fir.toml and weight_kf.t
 #define RAIL_LOW_COUNTS  (-8388608L)
 #define RAIL_HIGH_COUNTS 8388607L
 
+enum { CONVERTER_FAULTS = 0x3F, UNWEIGHED = 255 };
+
+_Static_assert((int)HX711_CONVERSION == (int)FAULTS_EVENT_CONVERSION &&
+                   (int)HX711_DROPPED == (int)FAULTS_EVENT_DROPPED &&
+                   (int)HX711_BAD_FRAME == (int)FAULTS_EVENT_BAD_FRAME &&
+                   (int)HX711_TIMED_OUT == (int)FAULTS_EVENT_TIMED_OUT &&
+                   (int)HX711_STUCK_LOW == (int)FAULTS_EVENT_STUCK_LOW,
+               "the driver's events are faults' events");
+_Static_assert((int)FAULTS_CABLE_OUT == (int)MESSAGES_FAULT_FLAG_CABLE_OUT &&
+                   (int)FAULTS_NOISE == (int)MESSAGES_FAULT_FLAG_NOISE_HIGH,
+               "fault_flag in messages.toml");
+_Static_assert((int)SCALE_STABLE == (int)MESSAGES_WEIGHT_FLAG_STABLE &&
+                   (int)SCALE_FROZEN == (int)MESSAGES_WEIGHT_FLAG_FROZEN,
+               "weight_flag in messages.toml");
+
 static fir_t fir;
 static union {
     weight_kf_t          constant;
     weight_kf_adaptive_t adaptive;
-} kf;                                   /* as kf_kind says */
-static uint8_t             chain_order; /* MESSAGES_CHAIN_ORDER_... */
-static uint8_t             kf_kind;     /* MESSAGES_KF_KIND_... */
-static rate_t              rate;
-static weighing_counters_t counters; /* clipped: of the runs before the present one */
-static bool                primed;   /* the filters hold a run of samples */
-static bool                has_beat; /* previous_us is of the conversion just before */
-static uint32_t            previous_us;
-static bool                gap;          /* conversions are missing before the next sample */
-static uint16_t            missed_total; /* modulo 65536, unlike the counter */
-static scale_t             scale;
+} kf;                                    /* as kf_kind says */
+static uint8_t              chain_order; /* MESSAGES_CHAIN_ORDER_..., of the run under way */
+static uint8_t              kf_kind;     /* MESSAGES_KF_KIND_..., of the run under way */
+scale_t                     weighing_scale;
+weighing_beside_t           weighing_beside;
+bool                        weighing_calibrating;
+int32_t                     weighing_last_counts_q7;
+static checkweigher_event_t product; /* what the last sample meant to the checkweigher */
+static temperature_t        temperature;
+static bool                 is_missing; /* the thermometer does not answer */
+static faults_t             faults;
+static rate_t               rate;
+static weighing_counters_t  counters; /* clipped: of the runs before the present one */
+static bool                 primed;   /* the filters hold a run of samples */
+static bool                 has_beat; /* previous_us is of the conversion just before */
+static uint32_t             previous_us;
+static bool                 gap;          /* conversions are missing before the next sample */
+static uint16_t             missed_total; /* modulo 65536, unlike the counter */
 
-void weighing_init(void)
-{
-    rate_init(&rate);
-    scale_init(&scale, &scale_default);
-    primed = false;
-}
-
-void weighing_restart(void)
-{
-    if (!primed) { return; }
-    counters = weighing_counters(); /* the filters' own counts are about to start at 0 */
-    primed   = false;
-    scale_interrupt(&scale);
-}
-
-static void count_missed(uint8_t missed)
-{
-    if (missed == 0U) { return; }
-    counter_add(&counters.conversions_missed, missed);
-    missed_total = (uint16_t)(missed_total + missed);
-    gap          = true;
-}
-
-bool weighing_time(uint32_t device_us)
-{
-    const uint32_t interval_us = device_us - previous_us;
-    const bool     had_beat    = has_beat;
-
-    previous_us = device_us;
-    has_beat    = true;
-    if (!had_beat) { return true; }
-    const bool on_beat = rate_is_next(&rate, interval_us);
-    count_missed(rate_missed(&rate, interval_us));
-    if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
-    return on_beat;
-}
-
-void weighing_lose_beat(void)
-{
-    has_beat = false;
-}
-
-/* The filters are called from two places each; gcc would copy these into both. */
-#define COMPACT __attribute__((noinline))
-
-COMPACT static int32_t run_fir(int32_t counts, bool restarted)
-{
-    if (restarted) { fir_init(&fir, &fir_lowpass32, counts); }
-    return fir_update(&fir, counts);
-}
-
-COMPACT static int32_t run_kf(int32_t counts, bool restarted)
-{
-    if (kf_kind == MESSAGES_KF_KIND_ADAPTIVE) {
-        if (restarted) {
-            weight_kf_adaptive_init(&kf.adaptive, &weight_kf_adaptive_default, counts);
-        }
-        return weight_kf_adaptive_update(&kf.adaptive, counts);
-    }
-    if (restarted) { weight_kf_init(&kf.constant, &weight_kf_default, counts); }
-    return weight_kf_update(&kf.constant, counts);
-}
-
-void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion)
-{
-    const int32_t counts = conversion->counts;
-    int32_t       last_counts_q7;
-    uint8_t       flags = 0;
-
-    if (gap) {
-        flags |= MESSAGES_SAMPLE_FLAG_GAP;
-        gap = false;
-    }
-    if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
-        flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
-        counter_add(&counters.at_rail, 1);
-    }
-    const bool restarted = !primed;
-    if (restarted) { flags |= MESSAGES_SAMPLE_FLAG_RESTARTED; }
-    if (chain_order == MESSAGES_CHAIN_ORDER_FIR_KF) {
-        sample->fir_counts   = run_fir(counts, restarted);
-        sample->kf_counts_q7 = run_kf(sample->fir_counts, restarted);
-        last_counts_q7       = sample->kf_counts_q7;
-    } else {
-        sample->kf_counts_q7 = run_kf(counts, restarted);
-        /* Half up, <= 2^23 - 1 as the estimate is at most that. */
-        const int32_t estimate_counts = (sample->kf_counts_q7 + HALF_Q7) >> WEIGHT_KF_FRACTION_BITS;
-        sample->fir_counts            = run_fir(estimate_counts, restarted);
-        last_counts_q7                = sample->fir_counts * ONE_Q7;
-    }
-    primed = true;
-
-    sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
-    sample->raw_counts = counts;
-    sample->flags      = flags;
-
-    sample->weight_flags = scale_update(&scale, last_counts_q7, conversion->device_us);
-    sample->mass_mg      = scale.mass_mg;
-    sample->net_mg       = scale.net_mg;
-}
-
-uint8_t weighing_tare(void)
-{
-    switch (scale_tare(&scale)) {
-    case SCALE_OK: return MESSAGES_RESULT_OK;
-    case SCALE_NOT_STABLE: return MESSAGES_RESULT_NOT_STABLE;
-    default: return MESSAGES_RESULT_OUT_OF_RANGE;
-    }
-}
-
-uint32_t weighing_rate_hz_q16(void)
-{
-    return rate_hz_q16(&rate);
-}
-
+/* The filters' own counts, beside those of the runs before. */
 weighing_counters_t weighing_counters(void)
 {
     weighing_counters_t now = counters;
@@ -163,11 +72,247 @@ weighing_counters_t weighing_counters(void)
     return now;
 }
 
-weighing_setup_t weighing_setup(void)
+/* No weight until what comes now has settled. */
+static COMPACT void distrust(void)
 {
-    return (weighing_setup_t){.fir_design  = FIR_DESIGN,
-                              .fir_taps    = fir_lowpass32.taps,
-                              .kf_schedule = KF_SCHEDULE,
-                              .chain_order = chain_order,
-                              .kf_kind     = kf_kind};
+    scale_interrupt(&weighing_scale);
+}
+
+/* What follows is not connected with what was: the next conversion starts the filters anew. */
+static COMPACT void restart(void)
+{
+    if (primed) { counters = weighing_counters(); } /* the filters' own are about to start at 0 */
+    primed = false;
+    distrust();
+}
+
+COMPACT scale_status_t weighing_renew(int32_t zero_mg, int32_t tare_mg, bool firm)
+{
+    const scale_status_t status = scale_init(&weighing_scale, &setup.scale);
+
+    if (status == SCALE_OK) { scale_resume(&weighing_scale, zero_mg, tare_mg, firm); }
+    return status;
+}
+
+COMPACT bool weighing_renew_checkweigher(void)
+{
+    return checkweigher_init(&weighing_beside.checkweigher, &setup.checkweigher);
+}
+
+static COMPACT bool renew_temperature(void)
+{
+    if (!temperature_is_lawful(&setup.temperature)) { return false; }
+    temperature_refresh(&temperature);
+    return true;
+}
+
+static COMPACT void renew_chain(void)
+{
+    hx711_set_gain((hx711_gain_t)setup.gain);
+    faults_pause(&faults);
+    restart();
+}
+
+bool weighing_setup(bool running)
+{
+    /* A tare is of something that may lie there already: then its zero is the one to keep. */
+    const bool firm = running || setup.tare_mg != 0;
+
+    weighing_calibrating = false;
+    if (!running) {
+        rate_init(&rate);
+        faults_init(&faults);
+        temperature_init(&temperature, &setup.temperature);
+    }
+    if (weighing_renew(setup.zero_mg, setup.tare_mg, firm) != SCALE_OK ||
+        !weighing_renew_checkweigher() || !renew_temperature()) {
+        return false;
+    }
+    if (running) { renew_chain(); }
+    return true;
+}
+
+bool weighing_setup_key(uint8_t key)
+{
+    if (key < SETTINGS_KEY_CHAIN_ORDER) {
+        return weighing_renew(weighing_scale.zero_mg, weighing_scale.tare_mg, true) == SCALE_OK;
+    }
+    if (key < SETTINGS_KEY_STREAM_MASK) {
+        renew_chain();
+        return true;
+    }
+    if (key < SETTINGS_KEY_CHECKWEIGHER_ON) { return true; }
+    return key < SETTINGS_KEY_TEMPERATURE_ON ? weighing_renew_checkweigher() : renew_temperature();
+}
+
+/* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */
+static bool take_time(uint32_t device_us)
+{
+    const uint32_t interval_us = device_us - previous_us;
+    const bool     had_beat    = has_beat;
+
+    previous_us = device_us;
+    has_beat    = true;
+    if (!had_beat) { return true; }
+    const bool    on_beat = rate_is_next(&rate, interval_us);
+    const uint8_t missed  = rate_missed(&rate, interval_us);
+    if (missed != 0U) {
+        counter_add(&counters.conversions_missed, missed);
+        missed_total = (uint16_t)(missed_total + missed);
+        gap          = true;
+    }
+    if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
+    return on_beat;
+}
+
+static COMPACT int32_t run_fir(int32_t counts)
+{
+    if (!primed) { fir_init(&fir, &fir_lowpass32, counts); }
+    return fir_update(&fir, counts);
+}
+
+static COMPACT int32_t run_kf(int32_t counts)
+{
+    if (kf_kind == MESSAGES_KF_KIND_ADAPTIVE) {
+        if (!primed) { weight_kf_adaptive_init(&kf.adaptive, &weight_kf_adaptive_default, counts); }
+        return weight_kf_adaptive_update(&kf.adaptive, counts);
+    }
+    if (!primed) { weight_kf_init(&kf.constant, &weight_kf_default, counts); }
+    return weight_kf_update(&kf.constant, counts);
+}
+
+static void filter(messages_sample_t *sample)
+{
+    if (!primed) {
+        chain_order = setup.chain_order;
+        kf_kind     = setup.kf_kind;
+    }
+    if (chain_order == MESSAGES_CHAIN_ORDER_FIR_KF) {
+        sample->fir_counts      = run_fir(sample->raw_counts);
+        sample->kf_counts_q7    = run_kf(sample->fir_counts);
+        weighing_last_counts_q7 = sample->kf_counts_q7;
+    } else {
+        sample->kf_counts_q7 = run_kf(sample->raw_counts);
+        /* Half up, <= 2^23 - 1 as the estimate is at most that. */
+        const int32_t estimate_counts = (sample->kf_counts_q7 + HALF_Q7) >> WEIGHT_KF_FRACTION_BITS;
+        sample->fir_counts            = run_fir(estimate_counts);
+        weighing_last_counts_q7       = sample->fir_counts * ONE_Q7;
+    }
+    primed = true;
+}
+
+static uint8_t sample_flags(int32_t counts)
+{
+    uint8_t flags = 0;
+
+    if (gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
+    gap = false;
+    if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
+        flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
+        counter_add(&counters.at_rail, 1);
+    }
+    if (!primed) { flags |= MESSAGES_SAMPLE_FLAG_RESTARTED; }
+    return flags;
+}
+
+bool weighing_take(messages_sample_t *sample, hx711_status_t status,
+                   const hx711_conversion_t *conversion)
+{
+    const uint32_t device_us = conversion->device_us;
+    faults_event_t event     = (faults_event_t)status;
+
+    if (status > HX711_DROPPED) { /* there was no conversion */
+        has_beat = false;
+    } else if (!take_time(device_us)) {
+        hx711_distrust();
+        event = FAULTS_EVENT_OFF_BEAT;
+    }
+    const uint8_t news = faults_update(&faults, event, conversion->counts);
+    if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, faults.held); }
+    if ((news & FAULTS_RESTART) != 0U || hx711_state() != HX711_STATE_RUNNING) { restart(); }
+    if ((news & FAULTS_SPOILT) != 0U) { distrust(); }
+    if (event != FAULTS_EVENT_CONVERSION) { return false; }
+
+    sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
+    sample->flags      = sample_flags(conversion->counts);
+    sample->raw_counts = temperature_correct(&temperature, conversion->counts);
+    filter(sample);
+    const int32_t raw_mass_mg = scale_mass(&weighing_scale, sample->raw_counts * ONE_Q7);
+    scale_look(&weighing_scale, raw_mass_mg);
+    sample->weight_flags = scale_update(&weighing_scale, weighing_last_counts_q7, device_us);
+    sample->mass_mg      = weighing_scale.mass_mg;
+    sample->net_mg       = weighing_scale.net_mg;
+
+    product = CHECKWEIGHER_EMPTY;
+    if (setup.checkweigher_on != 0U && !weighing_calibrating) {
+        const int32_t load_mg = raw_mass_mg - weighing_scale.zero_mg;
+        product = checkweigher_update(&weighing_beside.checkweigher, load_mg, device_us);
+    }
+    return true;
+}
+
+bool weighing_step(messages_step_t *step, uint32_t *device_us)
+{
+    if ((weighing_scale.flags & SCALE_STEPPED) == 0U) { return false; }
+    *step      = (messages_step_t){weighing_scale.step_from_mg, weighing_scale.step_to_mg,
+                                   weighing_scale.steps};
+    *device_us = weighing_scale.step_us;
+    return true;
+}
+
+bool weighing_product(messages_product_t *told, uint32_t *device_us)
+{
+    const checkweigher_t *checkweigher = &weighing_beside.checkweigher;
+    const bool            is_weighed   = product == CHECKWEIGHER_VERDICT;
+
+    if (!is_weighed && product != CHECKWEIGHER_UNWEIGHED) { return false; }
+    told->mass_mg       = is_weighed ? checkweigher->mass_mg : 0;
+    told->verdict       = is_weighed ? checkweigher->class_at : UNWEIGHED;
+    told->samples       = checkweigher->samples;
+    told->weighed       = checkweigher->weighed;
+    told->unweighed     = checkweigher->unweighed;
+    told->per_minute_q8 = checkweigher_per_minute_q8(checkweigher);
+    *device_us          = checkweigher->left_us;
+    return true;
+}
+
+void weighing_show(messages_weight_t *weight)
+{
+    weight->net_mg       = weighing_scale.net_mg;
+    weight->zero_mg      = weighing_scale.zero_mg;
+    weight->tare_mg      = weighing_scale.tare_mg;
+    weight->shown        = scale_shown(&weighing_scale);
+    weight->unit         = setup.scale.unit;
+    weight->decimals     = setup.scale.decimals;
+    weight->weight_flags = weighing_scale.flags;
+    weight->pieces       = scale_pieces(&weighing_scale);
+    weight->calibrating  = weighing_calibrating ? (uint8_t)(weighing_beside.calibration.count + 1U)
+                                                : 0U;
+    weight->temperature_centi = temperature.known && !is_missing ? temperature_centi(&temperature)
+                                                                 : INT32_MIN;
+}
+
+static void note_thermometer(void)
+{
+    const bool is_fault = is_missing && setup.temperature.on != 0U;
+
+    health_note(MESSAGES_FAULT_FLAG_THERMOMETER, is_fault ? MESSAGES_FAULT_FLAG_THERMOMETER : 0U);
+}
+
+void weighing_temperature(int16_t centi)
+{
+    is_missing = false;
+    temperature_update(&temperature, centi);
+    note_thermometer();
+}
+
+void weighing_no_temperature(void)
+{
+    is_missing = true;
+    note_thermometer();
+}
+
+uint32_t weighing_rate_hz_q16(void)
+{
+    return rate_hz_q16(&rate);
 }

@@ -1,15 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* weighing - the chain from conversions to a weight: fir, Kalman filter, scale; the measured rate.
+/* weighing - the chain from conversions to a weight that one can trust, and what is done with it.
  *
- * Model     the first sample after a restart primes both filters and then passes through them like
- *           every other: fir_init(x); f = fir_update(x); weight_kf_init(f); weight_kf_update(f).
- *           The other order hands on the estimate in whole counts, rounded half up. The Kalman
- *           filter is weight_kf or weight_kf_adaptive. The scale takes what comes last.
- * Formats   as in messages.toml, SAMPLE
- * Bad data  a sample at the converter's rail passes, flagged and counted
- *           a conversion that is not one period after the one before is not trusted: the chip may
- *           have started anew, as after a loose contact, and then gives four wrong ones. What was
- *           lost is counted and flagged on the next sample.
+ * Model     conversion -> [temperature] -> fir -> Kalman filter -> scale, in which order and with
+ *           which Kalman filter the settings say. The first sample after a restart primes both
+ *           filters and then passes through them like every other: fir_init(x); f = fir_update(x);
+ *           kf_init(f); kf_update(f). The other order hands on the estimate in whole counts,
+ *           rounded half up. Beside it: the same counts by the scale's curve, to its look ahead of
+ *           the filters and to the checkweigher, which can wait for none
+ * Trust     every event of the converter goes to faults; while one holds, the scale is interrupted
+ *           at each sample and nothing is stable. A conversion that is not one period after the one
+ *           before is not taken: the chip may have started anew, as after a loose contact, and
+ *           then gives four wrong ones. What was lost is counted and flagged on the next sample
+ * Memory    a calibration's points lie where the checkweigher is, which is off until its end
+ * Formats   as in messages.toml; results are MESSAGES_RESULT_...
+ * Bad data  a sample at the converter's rail passes, flagged, counted and not to be trusted
  * Context   main loop.  Cost: firmware/budget.toml
  */
 #ifndef WEIGHING_H
@@ -29,35 +33,51 @@ typedef struct {
     uint16_t kf_clipped;
 } weighing_counters_t;
 
-/* What HELLO says of the chain. */
-typedef struct {
-    uint8_t fir_design;
-    uint8_t fir_taps;
-    uint8_t kf_schedule;
-    uint8_t chain_order;
-    uint8_t kf_kind;
-} weighing_setup_t;
+/* What HELLO says of the chain's filters. */
+enum { WEIGHING_FIR_DESIGN = 0, WEIGHING_KF_SCHEDULE = 0, WEIGHING_FIR_TAPS = 32 };
 
-void weighing_init(void);
+/* Take the settings in force; false where they contradict one another, and then nothing but this
+ * may be called. `running`: what lies there may be a load, so no zero is set by itself. */
+bool weighing_setup(bool running);
 
-/* Take the time of a conversion, of a dropped one too: this gives the rate. False if the conversion
- * is off the converter's beat and therefore not to be trusted. */
-bool weighing_time(uint32_t device_us);
+/* The same for one setting that has changed; if false, nothing changes. */
+bool weighing_setup_key(uint8_t key);
 
-/* The converter was restarted: the next conversion's time says nothing about the rate. */
-void weighing_lose_beat(void);
+/* Take what the converter's driver tells; true if a sample came of it. */
+bool weighing_take(messages_sample_t *sample, hx711_status_t status,
+                   const hx711_conversion_t *conversion);
 
-/* What follows is not connected with what was: the next conversion starts the filters anew. */
-void weighing_restart(void);
+/* Behind weighing_take: a step, a product came of it; *device_us is when. */
+bool weighing_step(messages_step_t *step, uint32_t *device_us);
+bool weighing_product(messages_product_t *product, uint32_t *device_us);
 
-/* Take one conversion whose time was taken, give its sample. */
-void weighing_update(messages_sample_t *sample, const hx711_conversion_t *conversion);
+/* What is shown now; faults are left to the caller. */
+void weighing_show(messages_weight_t *weight);
 
-/* The present load becomes the tare; a MESSAGES_RESULT_... */
+/* A reading of the thermometer, or that there is none. */
+void weighing_temperature(int16_t centi);
+void weighing_no_temperature(void);
+
+/* Commands. If refused, nothing changes. */
+uint8_t weighing_zero(void);
 uint8_t weighing_tare(void);
+uint8_t weighing_tare_clear(void);
+uint8_t weighing_view(uint8_t view);
+uint8_t weighing_count_pieces(uint16_t pieces);
+uint8_t weighing_reset_counts(void);
+
+/* A calibration under way. Whether it is the time for that is the caller's care. */
+bool    weighing_is_calibrating(void);
+uint8_t weighing_calibrate_begin(void);
+uint8_t weighing_calibrate_point(messages_point_t *point); /* its mass is given */
+uint8_t weighing_calibrate_known(messages_point_t *point); /* its counts too */
+uint8_t weighing_calibrate_end(void);
+uint8_t weighing_calibrate_abort(void);
+
+/* The point of this index: of those taken so far, or of those in force. */
+uint8_t weighing_point(messages_point_t *point);
 
 uint32_t            weighing_rate_hz_q16(void);
 weighing_counters_t weighing_counters(void);
-weighing_setup_t    weighing_setup(void);
 
 #endif

@@ -96,7 +96,6 @@ def test_a_tare_before_the_weight_is_stable_is_refused(uno):
     assert uno.link.request(Tare()).result == Result.NOT_STABLE
 
 
-@pytest.mark.board(noise_counts=0.0)
 def test_a_tare_of_a_load_makes_it_weigh_nothing(uno):
     uno.link.hello()
     uno.samples(200)

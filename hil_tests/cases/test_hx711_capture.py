@@ -65,6 +65,7 @@ def test_a_real_chip_holds_its_bits_while_the_driver_looks(waveform, captured_co
         assert dout[rises[:, BITS] + look].all(), "the extra pulse reads as 1: the frame check"
 
 
+@pytest.mark.board(noise_counts=0.0)
 def test_the_driver_decodes_the_captured_conversions(uno, waveform, captured_counts):
     rises, _falls, _dout = waveform
     virtual = uno.truth("hand out captured conversions")

@@ -12,10 +12,13 @@ from terazi.link.generated.messages import (
     SetStream,
     SetTextMode,
     Status,
+    Weight,
     WeightFlag,
 )
 
-SAMPLE_LINE = re.compile(r"raw:(-?\d+),fir:(-?\d+),kf:(-?\d+),weight_g:(-?\d+\.\d{3})")
+SAMPLE_LINE = re.compile(
+    r"raw:(-?\d+),fir:(-?\d+),kf:(-?\d+),weight_g:(-?\d+\.\d{3}),stable:([01])"
+)
 BARE_NUMBER = re.compile(r"(?:^|[\s,;])-?\d+(?:\.\d+)?(?=$|[\s,;])")
 
 
@@ -38,27 +41,31 @@ def test_text_mode_sends_lines_that_the_serial_plotter_draws(uno):
     assert all(SAMPLE_LINE.fullmatch(line) for line in lines), lines
 
 
+@pytest.mark.board(noise_counts=0.0)
 def test_text_mode_tells_what_the_frames_tell(uno):
     uno.load(counts=-1234567)
     enter(uno)
     uno.wait(1.0)
-    raw, fir, kf, weight_g = SAMPLE_LINE.fullmatch(text_lines(uno.read_raw(0.5))[-1]).groups()
+    raw, fir, kf, weight_g, stable = SAMPLE_LINE.fullmatch(
+        text_lines(uno.read_raw(0.5))[-1]
+    ).groups()
     assert (int(raw), int(fir)) == (-1234567, -1234567)
     assert abs(int(kf) - -1234567) <= 1
     assert abs(float(weight_g) - -1234567 * 2.328e-3) < 0.003
+    assert stable == "0", "counts without any noise are a fault"
 
 
+@pytest.mark.board(noise_counts=0.0)  # a fault, so that nothing is zeroed
 @pytest.mark.parametrize(
-    ("counts", "weight_g"), [(0, "0.000"), (4296, "10.000"), (-4296, "-10.000")]
+    ("counts", "weight_g"),
+    [(0, "0.000"), (1, "0.002"), (-1, "-0.002"), (43, "0.100"), (430, "1.001"), (-430, "-1.001")],
 )
 def test_text_mode_sets_the_point_right_in_small_weights(uno, counts, weight_g):
-    uno.load(counts=0)
-    enter(uno)
-    uno.wait(2.0)
     uno.load(counts=counts)
+    enter(uno)
     uno.wait(6.0)
     line = text_lines(uno.read_raw(0.3))[-1]
-    assert line == f"raw:{counts},fir:{counts},kf:{counts},weight_g:{weight_g}"
+    assert line == f"raw:{counts},fir:{counts},kf:{counts},weight_g:{weight_g},stable:0"
 
 
 def test_text_mode_ends_by_frame_and_the_frames_are_whole_again(uno):
@@ -67,7 +74,7 @@ def test_text_mode_ends_by_frame_and_the_frames_are_whole_again(uno):
     uno.link.command(SetTextMode(on=0))
     uno.wait(0.1)
     bad = uno.link.stream.frames_bad
-    assert {type(one.message) for one in uno.wait(1.5)} == {Sample, Status}
+    assert {type(one.message) for one in uno.wait(1.5)} == {Sample, Status, Weight}
     assert uno.link.stream.frames_bad == bad
 
 
@@ -81,7 +88,7 @@ def test_text_mode_is_entered_and_left_by_lines(uno, end):
     assert SAMPLE_LINE.fullmatch(lines[-1])
     uno.write(b"frames" + end)
     uno.wait(0.2)
-    assert {type(one.message) for one in uno.wait(1.5)} == {Sample, Status}
+    assert {type(one.message) for one in uno.wait(1.5)} == {Sample, Status, Weight}
     uno.link.command(GetInfo())  # the lines left nothing behind in the decoder
 
 
@@ -144,7 +151,7 @@ def test_an_unknown_line_is_named_and_does_nothing(uno, word):
     put_on(uno, 321.0)
     uno.write(word + b"\n")
     lines = text_lines(uno.read_raw(0.5))
-    assert f"# {word.decode()}: unknown (text frames tare info)" in lines
+    assert f"# {word.decode()}: unknown (text frames tare clear zero info)" in lines
     assert WeightFlag.TARED not in last_sample(uno).weight_flags
 
 

@@ -86,7 +86,7 @@ def test_text_mode_under_a_full_line_loses_whole_lines_only(uno):
     assert len(lines) > 200
     starts = ("raw:", "# Terazi v", "# gain=")
     assert all(line.startswith(starts) for line in lines)
-    assert all(line.count(":") == 4 for line in lines if line.startswith("raw:"))
+    assert all(line.count(":") == 5 for line in lines if line.startswith("raw:"))
 
 
 @pytest.mark.board(noise_counts=38.7)

@@ -66,6 +66,26 @@ def _choices(wire: Wire) -> list[str]:
     return lines
 
 
+def _limits(wire: Wire) -> list[str]:
+    """What a command's fields may be, for a device that reads them without unpack."""
+    lines = ["/* Ranges of commands' fields, where they are narrower than the type. */"]
+    for message in wire.messages:
+        for field in message.fields if message.direction == "to_device" else ():
+            limits = zip(("MIN", "MAX"), field.range or (), field.type_range, strict=False)
+            for word, limit, extreme in limits:
+                if limit != extreme:
+                    name = f"MESSAGES_{message.name}_{field.name}_{word}".upper()
+                    lines.append(f"#define {name} {_plain_literal(limit)}")
+    return [*lines, ""]
+
+
+def _plain_literal(value: int) -> str:
+    """A C constant that cffi reads, too."""
+    if -32768 < value < 32768:
+        return f"{value}" if value >= 0 else f"({value})"
+    return f"{value}L" if value >= 0 else f"({value}L)"
+
+
 def _note(field: Field) -> str:
     words = [field.unit] if field.unit else []
     if field.group:
@@ -106,7 +126,7 @@ def header(spec: Spec, wire: Wire) -> str:
         stem = f"MESSAGES_{message.name.upper()}"
         lines.append(f"    {stem + '_ID':<{width}} = 0x{message.id:02X},")
         lines.append(f"    {stem + '_LEN':<{width}} = {message.len_bytes}, /* bytes of payload */")
-    lines += ["};", "", *_choices(wire)]
+    lines += ["};", "", *_limits(wire), *_choices(wire)]
     for message in wire.messages:
         lines += _struct(message)
     lines.append("/* Write the payload; gives its length. */")

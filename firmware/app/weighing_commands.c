@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: MIT */
+#include "setup.h"
+#include "weighing.h"
+#include "weighing_internal.h"
+
+#include <avr/pgmspace.h>
+
+static const uint8_t results[] PROGMEM = {
+    [SCALE_OK]           = MESSAGES_RESULT_OK,
+    [SCALE_BAD_COUNT]    = MESSAGES_RESULT_TOO_FEW_POINTS,
+    [SCALE_BAD_POINT]    = MESSAGES_RESULT_OUT_OF_RANGE,
+    [SCALE_NOT_MONOTONE] = MESSAGES_RESULT_NOT_MONOTONE,
+    [SCALE_TOO_STEEP]    = MESSAGES_RESULT_TOO_STEEP,
+    [SCALE_BAD_RANGE]    = MESSAGES_RESULT_CONTRADICTS,
+    [SCALE_BAD_DIVISION] = MESSAGES_RESULT_CONTRADICTS,
+    [SCALE_BAD_TIME]     = MESSAGES_RESULT_CONTRADICTS,
+    [SCALE_NOT_STABLE]   = MESSAGES_RESULT_NOT_STABLE,
+    [SCALE_OUT_OF_RANGE] = MESSAGES_RESULT_OUT_OF_RANGE,
+    [SCALE_TOO_LIGHT]    = MESSAGES_RESULT_TOO_LIGHT,
+    [SCALE_UNKNOWN]      = MESSAGES_RESULT_OUT_OF_RANGE,
+};
+
+static uint8_t result_of(scale_status_t status)
+{
+    return pgm_read_byte(&results[status]);
+}
+
+/* Zero and tare outlive a reset as a command leaves them, not as zero tracking moves them. */
+static COMPACT uint8_t remember(scale_status_t status)
+{
+    if (status == SCALE_OK) {
+        setup.zero_mg = weighing_scale.zero_mg;
+        setup.tare_mg = weighing_scale.tare_mg;
+        setup_save();
+    }
+    return result_of(status);
+}
+
+uint8_t weighing_zero(void)
+{
+    return remember(scale_zero(&weighing_scale));
+}
+
+uint8_t weighing_tare(void)
+{
+    return remember(scale_tare(&weighing_scale));
+}
+
+uint8_t weighing_tare_clear(void)
+{
+    scale_tare_clear(&weighing_scale);
+    return remember(SCALE_OK);
+}
+
+uint8_t weighing_view(uint8_t view)
+{
+    return result_of(scale_show(&weighing_scale, (scale_show_t)view));
+}
+
+uint8_t weighing_count_pieces(uint16_t pieces)
+{
+    return result_of(scale_count_out(&weighing_scale, pieces));
+}
+
+uint8_t weighing_reset_counts(void)
+{
+    if (setup.checkweigher_on == 0U) { return MESSAGES_RESULT_WRONG_STATE; }
+    weighing_renew_checkweigher();
+    return MESSAGES_RESULT_OK;
+}
+
+bool weighing_is_calibrating(void)
+{
+    return weighing_calibrating;
+}
+
+uint8_t weighing_calibrate_begin(void)
+{
+    weighing_calibrating              = true;
+    weighing_beside.calibration.count = 0;
+    return MESSAGES_RESULT_OK;
+}
+
+uint8_t weighing_calibrate_point(messages_point_t *point)
+{
+    if ((weighing_scale.flags & SCALE_STABLE) == 0U) { return MESSAGES_RESULT_NOT_STABLE; }
+    point->counts_q7 = weighing_last_counts_q7;
+    return calibration_put(&weighing_beside.calibration, point);
+}
+
+uint8_t weighing_calibrate_known(messages_point_t *point)
+{
+    return calibration_put(&weighing_beside.calibration, point);
+}
+
+uint8_t weighing_calibrate_abort(void)
+{
+    weighing_calibrating = false;
+    weighing_renew_checkweigher();
+    return MESSAGES_RESULT_OK;
+}
+
+/* The new curve has another zero; what lies there now is surely no empty platform. */
+uint8_t weighing_calibrate_end(void)
+{
+    calibration_swap(&weighing_beside.calibration, &setup.scale);
+    const scale_status_t status = weighing_renew(0, 0, true);
+
+    if (status != SCALE_OK) {
+        calibration_swap(&weighing_beside.calibration, &setup.scale);
+        return result_of(status);
+    }
+    weighing_calibrate_abort();
+    return remember(SCALE_OK);
+}
+
+uint8_t weighing_point(messages_point_t *point)
+{
+    const uint8_t  at        = point->index;
+    const int32_t *counts_q7 = setup.scale.point_counts_q7, *mass_mg = setup.scale.point_mass_mg;
+    uint8_t        count = setup.scale.points;
+
+    if (weighing_calibrating) {
+        counts_q7 = weighing_beside.calibration.counts_q7;
+        mass_mg   = weighing_beside.calibration.mass_mg;
+        count     = weighing_beside.calibration.count;
+    }
+    if (at >= count) { return MESSAGES_RESULT_NOTHING_THERE; }
+    point->counts_q7 = counts_q7[at];
+    point->mass_mg   = mass_mg[at];
+    return MESSAGES_RESULT_OK;
+}

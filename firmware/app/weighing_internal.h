@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* weighing_internal - what the sources of weighing share. */
+#ifndef WEIGHING_INTERNAL_H
+#define WEIGHING_INTERNAL_H
+
+#include "calibration.h"
+#include "checkweigher.h"
+#include "scale.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Called from several places each; gcc would copy these into them. */
+#define COMPACT __attribute__((noinline))
+
+typedef union {
+    checkweigher_t checkweigher;
+    calibration_t  calibration;
+} weighing_beside_t;
+
+extern scale_t           weighing_scale;
+extern weighing_beside_t weighing_beside;         /* as weighing_calibrating says */
+extern bool              weighing_calibrating;    /* a calibration is under way */
+extern int32_t           weighing_last_counts_q7; /* what the chain ended with */
+
+/* The configuration in force to the scale, which goes on with that zero and tare. */
+scale_status_t weighing_renew(int32_t zero_mg, int32_t tare_mg, bool firm);
+
+/* The same to the checkweigher, which begins anew; false where it contradicts itself. */
+bool weighing_renew_checkweigher(void);
+
+#endif
