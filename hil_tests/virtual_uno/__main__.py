@@ -9,6 +9,7 @@ import argparse
 import contextlib
 import os
 import pathlib
+import select
 import signal
 import sys
 
@@ -40,10 +41,42 @@ def _parser():
         metavar="WHAT",
         help="FILE.npz, module:function (seconds since reset to grams) or grams",
     )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="WHAT@START[..END]",
+        help="misbehave then, in seconds since reset: cable_out@3..5, noise,counts=1e5@8..9, "
+        "glitch@12; may be given again; README names them all",
+    )
+    parser.add_argument(
+        "--faults-by-word",
+        action="store_true",
+        help="misbehave as lines of standard input say: cable_out, then clear",
+    )
     parser.add_argument("--truth", metavar="CSV", help="write t_s, load_g, counts of conversions")
     parser.add_argument("--vcd", metavar="FILE", help="record SCK, DOUT, TX and RX")
     parser.add_argument("--seconds", type=float, help="end after so many simulated seconds")
     return parser
+
+
+def _words():
+    """Lines that have come in on standard input since; never waits."""
+    while select.select([sys.stdin], [], [], 0)[0]:
+        line = sys.stdin.readline()
+        if not line:
+            return
+        yield line
+
+
+def _follow_words(clock):
+    from virtual_uno.faults import FaultError
+
+    for words in _words():
+        try:
+            clock.say(words)
+        except FaultError as error:
+            print(f"virtual Uno: {error}", file=sys.stderr, flush=True)
 
 
 def _put_link(path, target):
@@ -84,6 +117,7 @@ def _make_uno(options, scenario):
 
 def _serve(options, stack):
     from virtual_uno.bridge import Bridge
+    from virtual_uno.faults import FaultClock, Timed
     from virtual_uno.program import write_hex
     from virtual_uno.scenario import read_scenario
     from virtual_uno.truth import TruthFile
@@ -91,11 +125,21 @@ def _serve(options, stack):
     scenario = read_scenario(options.scenario)
     uno = _make_uno(options, scenario)
     truth = TruthFile(options.truth, uno, scenario) if options.truth else None
-    bridge = Bridge(
-        uno,
-        on_reset=truth and truth.restart,
-        on_slice=truth and truth.write,
-    )
+    clock = FaultClock(uno, [Timed.parse(text) for text in options.fault])
+
+    def on_reset():
+        clock.restart()
+        if truth:
+            truth.restart()
+
+    def on_slice():
+        if options.faults_by_word:
+            _follow_words(clock)
+        clock.look()
+        if truth:
+            truth.write()
+
+    bridge = Bridge(uno, on_reset=on_reset, on_slice=on_slice)
     stack.callback(bridge.close)
     if truth:
         stack.callback(truth.close)

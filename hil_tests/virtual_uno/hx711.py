@@ -30,6 +30,12 @@ FAULTS = {
     "cable_out": {},
     "rail": {"side": "high"},
     "noisy_line": {"probability": 0.01},
+    "frozen": {},
+    "noise": {"counts": 200_000.0},
+    "rate": {"factor": 3.0},
+    "glitch": {},
+    "conversion_lost": {"count": 1},
+    "stretched": {"bit": 12, "frames": 1},
 }
 
 
@@ -74,6 +80,22 @@ def apply_fault(fault, name, clock_hz, **how):
         fault.rail = {"high": 1, "low": -1}[how["side"]]
     elif name == "noisy_line":
         fault.flip_probability = how["probability"]
+    elif name == "frozen":
+        fault.frozen = 1
+    elif name == "noise":
+        fault.noise_counts = how["counts"]
+    elif name == "rate":
+        if not how["factor"] > 0:
+            raise ValueError("a clock's factor is positive")
+        fault.rate_factor = how["factor"]
+    elif name == "glitch":
+        fault.restarted = 1
+    elif name == "conversion_lost":
+        fault.lost_conversions = how["count"]
+    elif name == "stretched":
+        if not 1 <= how["bit"] <= 25:
+            raise ValueError("a frame's pulses are 1..25")
+        fault.stretched_pulse, fault.stretched_frames = how["bit"], how["frames"]
 
 
 def read_stats(hx711):

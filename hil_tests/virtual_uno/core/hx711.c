@@ -101,11 +101,15 @@ static void close_frame(hx711_t *hx, uint64_t tick)
 
 static void convert(hx711_t *hx, uint64_t tick)
 {
-    close_frame(hx, tick);
+    const double source = hx711_take_value(hx);
+    double       value  = source;
 
-    const double   source = hx711_take_value(hx);
-    double         value  = source;
-    hx711_record_t entry  = {.tick = tick, .source = source, .gain = hx->gain};
+    if (hx->fault.lost_conversions) {
+        hx->fault.lost_conversions--;
+        return;
+    }
+    close_frame(hx, tick);
+    hx711_record_t entry = {.tick = tick, .source = source, .gain = hx->gain};
 
     if (hx->settling_left) {
         const uint8_t i = (uint8_t)(HX711_SETTLING - hx->settling_left);
@@ -113,7 +117,8 @@ static void convert(hx711_t *hx, uint64_t tick)
         entry.settling = 1;
         hx->settling_left--;
     }
-    entry.counts = hx711_quantise(hx, value);
+    const hx711_record_t *last = last_record(hx);
+    entry.counts = hx->fault.frozen && last ? last->counts : hx711_quantise(hx, value);
     hx->shift    = (uint32_t)entry.counts & 0xFFFFFFU;
     hx->pulses   = 0;
     hx->ready    = true;
@@ -121,6 +126,8 @@ static void convert(hx711_t *hx, uint64_t tick)
     record(hx, &entry);
     hx->losing = hx->fault.lost_pulse_frames > 0;
     if (hx->losing) { hx->fault.lost_pulse_frames--; }
+    hx->stretching = hx->fault.stretched_frames > 0;
+    if (hx->stretching) { hx->fault.stretched_frames--; }
     hx->pending_tick = NEVER;
     if (hx->config.update_pulse_s > 0.0 && !hx->dout) { set_dout(hx, tick, 1); }
     set_dout(hx, tick, 0);
@@ -235,6 +242,11 @@ static void sck_up(hx711_t *hx, uint64_t tick)
         return;
     }
     if (hx->pulses < 255U) { hx->pulses++; }
+    if (hx->stretching && hx->pulses == hx->fault.stretched_pulse) {
+        hx->stretching = false;
+        power_down(hx, tick);
+        return;
+    }
     if (hx->pulses <= FRAME_BITS) {
         put_bit(hx, tick, (uint8_t)((hx->shift >> (FRAME_BITS - hx->pulses)) & 1U));
     } else {
@@ -250,7 +262,7 @@ static void sck_down(hx711_t *hx, uint64_t tick)
     hx->sck_fell = tick;
     if (hx->powered_down) {
         hx->powered_down = false;
-        restart(hx, tick, 1.0 / hx->config.rate_hz);
+        restart(hx, tick, 1.0 / hx711_rate_hz(hx));
         return;
     }
     if (hx->fault.cable_out) { return; }
@@ -283,17 +295,30 @@ void hx711_start(hx711_t *hx, uint64_t tick, double first_conversion_s)
 
 void hx711_power_on(hx711_t *hx, uint64_t tick)
 {
-    hx711_start(hx, tick, 1.0 / hx->config.rate_hz);
+    hx711_start(hx, tick, 1.0 / hx711_rate_hz(hx));
+}
+
+/* A clock that runs at another rate from now on: the conversion under way too. */
+static void replan(hx711_t *hx, uint64_t tick)
+{
+    const hx711_record_t *last = last_record(hx);
+    const double          from = last ? (double)last->tick : (double)tick;
+    const double          next = from + hx->hz / hx711_rate_hz(hx);
+
+    hx711_schedule_from(hx, next > (double)tick ? next : (double)(tick + 1U));
 }
 
 /* A cable put back powers the part up anew. */
 void hx711_set_fault(hx711_t *hx, uint64_t tick, const hx711_fault_t *fault)
 {
-    const bool back = hx->fault.cable_out && !fault->cable_out;
+    const bool   back    = hx->fault.cable_out && !fault->cable_out;
+    const double rate_hz = hx711_rate_hz(hx);
 
     hx711_advance(hx, tick);
     hx->fault = *fault;
-    if (back) { hx711_power_on(hx, tick); }
+    if (hx711_rate_hz(hx) != rate_hz) { replan(hx, tick); }
+    if (back || hx->fault.restarted) { hx711_power_on(hx, tick); }
+    hx->fault.restarted = 0;
     if (hx->fault.late_ticks) {
         const double next = (double)hx711_scheduled_tick(hx) + (double)hx->fault.late_ticks;
         hx711_schedule_from(hx, next);

@@ -62,11 +62,12 @@ struct hx711 {
     uint8_t  pending_level; /* what DOUT becomes ... */
     uint64_t pending_tick;  /* ... then; UINT64_MAX: nothing pending */
 
-    bool     ready;  /* a conversion is in the register */
-    uint8_t  pulses; /* since it came, 255 = 255 or more */
-    bool     losing; /* a fault will swallow one pulse of this frame */
-    uint32_t shift;  /* bits not yet out, left-aligned in 24 */
-    uint8_t  gain;   /* of the conversions now running */
+    bool     ready;      /* a conversion is in the register */
+    uint8_t  pulses;     /* since it came, 255 = 255 or more */
+    bool     losing;     /* a fault will swallow one pulse of this frame */
+    bool     stretching; /* or stretch one */
+    uint32_t shift;      /* bits not yet out, left-aligned in 24 */
+    uint8_t  gain;       /* of the conversions now running */
     uint8_t  settling_left;
     double   settled_from; /* where a settling sequence started */
 
@@ -83,6 +84,8 @@ void hx711_set_fault(hx711_t *hx, uint64_t tick, const hx711_fault_t *fault);
 void hx711_get_fault(const hx711_t *hx, hx711_fault_t *fault);
 /* Tells the line's level again and forgets signal values asked for ahead. */
 void hx711_restate(hx711_t *hx);
+/* Conversions a second, faults reckoned in. */
+double hx711_rate_hz(const hx711_t *hx);
 /* When hx711_advance() has something to do next. */
 uint64_t hx711_next_tick(const hx711_t *hx);
 

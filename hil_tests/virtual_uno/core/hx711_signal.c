@@ -26,6 +26,11 @@ double hx711_random_normal(uint64_t *state)
     return radius * cos(2.0 * M_PI * hx711_random_unit(state)); /* Box and Muller */
 }
 
+double hx711_rate_hz(const hx711_t *hx)
+{
+    return hx->config.rate_hz * (hx->fault.rate_factor > 0.0 ? hx->fault.rate_factor : 1.0);
+}
+
 static void plan(hx711_t *hx)
 {
     hx711_schedule_t *s = &hx->schedule;
@@ -37,7 +42,7 @@ static void plan(hx711_t *hx)
         }
         s->ticks[i] = (uint64_t)(at > 0.0 ? at : 0.0);
         if (i && s->ticks[i] <= s->ticks[i - 1]) { s->ticks[i] = s->ticks[i - 1] + 1U; }
-        s->grid += hx->hz / hx->config.rate_hz;
+        s->grid += hx->hz / hx711_rate_hz(hx);
     }
     s->next   = 0;
     s->count  = HX711_SCHEDULED;
@@ -79,6 +84,9 @@ int32_t hx711_quantise(hx711_t *hx, double value)
     value *= hx->gain / 128.0;
     if (hx->config.noise_counts > 0.0) {
         value += hx->config.noise_counts * hx711_random_normal(&hx->noise_state);
+    }
+    if (hx->fault.noise_counts > 0.0) {
+        value += hx->fault.noise_counts * hx711_random_normal(&hx->noise_state);
     }
     if (hx->fault.rail) { value = hx->fault.rail > 0 ? 1e9 : -1e9; }
     if (!(value < HX711_COUNTS_MAX)) { return HX711_COUNTS_MAX; } /* so does NaN */

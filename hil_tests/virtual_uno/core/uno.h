@@ -98,6 +98,13 @@ typedef struct {
     uint32_t lost_pulse_frames; /* for so many frames */
     uint64_t late_ticks;        /* the next conversion comes so much later, once */
     double   flip_probability;  /* each of the 24 bits is inverted with this probability */
+    uint8_t  frozen;            /* conversions go on with the counts of the last one */
+    double   noise_counts;      /* rms of more white noise, whatever the gain */
+    double   rate_factor;       /* the converter's clock runs so much faster; 0 = 1 */
+    uint8_t  restarted;         /* power failed for a moment: the part starts anew, once */
+    uint32_t lost_conversions;  /* so many are not shown at all */
+    uint8_t  stretched_pulse;   /* 1..25: this pulse of a frame lasts for 60 us and more */
+    uint32_t stretched_frames;  /* for so many frames */
 } hx711_fault_t;
 
 /* Time between the HX711 and the chip is in ticks; in the Uno a tick is a CPU cycle. */
