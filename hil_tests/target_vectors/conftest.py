@@ -33,3 +33,8 @@ def runner_temperature_elf():
 @pytest.fixture(scope="session")
 def runner_settings_elf():
     return built("runner_settings.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_faults_elf():
+    return built("runner_faults.elf")

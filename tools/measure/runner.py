@@ -15,6 +15,7 @@ from target_vectors.avr_core import AvrCore
 from terazi.design import specs
 from tools.measure import (
     runner_adaptive,
+    runner_faults,
     runner_imu,
     runner_mahony,
     runner_scale,
@@ -25,6 +26,7 @@ from virtual_uno.profile import Cost
 
 RUNNER = Path(__file__).resolve().parents[2] / ".build" / "target_vectors" / "runner.elf"
 RUNNER_SCALE = RUNNER.with_name("runner_scale.elf")  # one chip does not hold all modules
+RUNNER_FAULTS = RUNNER.with_name("runner_faults.elf")
 RUNNER_SETTINGS = RUNNER.with_name("runner_settings.elf")
 RUNNER_TEMPERATURE = RUNNER.with_name("runner_temperature.elf")
 SEED = 7
@@ -95,6 +97,7 @@ def _cases() -> dict[str, Case]:
         "checkweigher": Case(
             "checkweigher_update", runner_scale.drive_checkweigher, elf=RUNNER_SCALE
         ),
+        "faults": Case("faults_update", runner_faults.drive, elf=RUNNER_FAULTS),
         "settings": Case("settings_save_step", runner_settings.drive, elf=RUNNER_SETTINGS),
         "temperature": Case(
             "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
