@@ -30,9 +30,14 @@ METADATA = {
 class CaptureMaker:
     """Writes what a chain sends, message by message. `drop` is asked for each sample's index."""
 
-    def __init__(self, path: Path, load: Callable[[float], int] = steps_and_noise) -> None:
+    def __init__(
+        self,
+        path: Path,
+        load: Callable[[float], int] = steps_and_noise,
+        kf_kind: KfKind = KfKind.ADAPTIVE,
+    ) -> None:
         self.path = path
-        self.chain = Chain(load)
+        self.chain = Chain(load, kf_kind=kf_kind)
         self._writer = CaptureWriter(path)
         self._writer.begin(METADATA)
 

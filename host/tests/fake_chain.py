@@ -47,7 +47,12 @@ def steps_and_noise(t_s: float) -> int:
 class Chain(Commands):
     """What the device makes of a conversion: FIR, Kalman, scale; and the frames of it."""
 
-    def __init__(self, load: Callable[[float], int] = steps_and_noise) -> None:
+    def __init__(
+        self,
+        load: Callable[[float], int] = steps_and_noise,
+        *,
+        kf_kind: KfKind = KfKind.ADAPTIVE,
+    ) -> None:
         self.load = load
         self.fingerprint = FINGERPRINT
         self.sequence = 0
@@ -62,7 +67,7 @@ class Chain(Commands):
         self._last_q7 = 0
         self._weight_flags = ScaleFlag(0)
         self._weight_us: int | None = None
-        self.order, self.kf_kind = ChainOrder.FIR_KF, KfKind.CONSTANT
+        self.order, self.kf_kind = ChainOrder.FIR_KF, kf_kind
         super().__init__()
         self.calibrate(scale_design.config())
 

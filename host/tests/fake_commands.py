@@ -216,7 +216,7 @@ class Commands:
         keep = {} if command.what == wire.ResetWhat.EVERYTHING else points
         self.values = {one.key: one.default for one in SETTINGS}
         self.calibrate(scale_design.config() | keep)
-        self.order, self.kf_kind = wire.ChainOrder.FIR_KF, wire.KfKind.CONSTANT
+        self.order, self.kf_kind = wire.ChainOrder.FIR_KF, wire.KfKind.ADAPTIVE
         self._save()
 
     # What they share.

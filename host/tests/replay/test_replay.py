@@ -18,7 +18,7 @@ TAPS = 32
 
 @pytest.fixture
 def maker(tmp_path):
-    return CaptureMaker(tmp_path / "one.terazi")
+    return CaptureMaker(tmp_path / "one.terazi", kf_kind=KfKind.CONSTANT)
 
 
 def replayed(path):

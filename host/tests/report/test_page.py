@@ -75,7 +75,7 @@ def test_page_says_what_a_reader_wants_to_know(read):
         "a <b> & c.terazi",
         "firmware 0.1.0 (build 1234abcd)",
         "82.000 SPS",
-        " g → 500.",
+        "0.0 g → 499.9 g",
         "Kalman settles in",
         "error to the truth",
         "frames lost",
