@@ -9,10 +9,12 @@
  * Stable    once every mass since some instant, for stable_us, lay within the band, those of the
  *           first quarter within half of it; until masses since then spread over 1.5 bands. What is
  *           too far off begins anew, so that no drift stays stable for more than that
- * Look      filters lag; so a measurement ahead of them that lies beyond 1.75 bands of the masses'
- *           other end ends stability at once, and begins anew. In rough surroundings, where four
- *           times the mean distance of measurements from the mass is more than 3/4 of the band,
- *           that counts. So while stable the load has not moved by more than two bands; at most e
+ * Look      filters lag; so what is measured ahead of them ends stability at once and begins anew,
+ *           where it lies beyond 1.75 bands of the masses' other end, or where its mean over 8
+ *           samples is more than half a band from the mass (while stable, and when the first
+ *           quarter is over). While measurements leap by more than 3/16 of a band from one to the
+ *           next, four such leaps and a band count, and half a leap where that is more than half a
+ *           band: vibration is no movement. While stable the load has moved by less than 2.5 bands
  * Zero      set once, at the first stable mass within 10 % of Max on either side if none is set
  *           yet; by command within 2 % of that; tracked within the same 2 %, while stable and
  *           within e/2 of zero, by at most e/8 in 2^18 us, 0.48 e/s (R76's 0.5 d/s, 4 %, 20 %,
@@ -102,15 +104,20 @@ typedef struct {
 
 typedef struct {
     const scale_config_t *config;
-    uint8_t               flags;   /* what scale_update answers */
-    uint8_t               show;    /* scale_show_t */
-    bool                  fine;    /* d <= 256 mg */
-    bool                  falling; /* counts fall with mass */
-    bool                  begun;   /* the band holds a sample */
-    bool                  steady;  /* within the band for long enough */
-    bool                  settled; /* settled_mg is known */
-    int32_t               mass_mg; /* of the last sample, by the curve alone */
-    int32_t               low_mg;  /* of the band */
+    uint8_t               flags;    /* what scale_update answers */
+    uint8_t               show;     /* scale_show_t */
+    bool                  fine;     /* d <= 256 mg */
+    bool                  falling;  /* counts fall with mass */
+    bool                  begun;    /* the band holds a sample */
+    bool                  steady;   /* within the band for long enough */
+    bool                  settled;  /* settled_mg is known */
+    int32_t               raw_mg;   /* the last measurement that was looked at */
+    uint16_t              rough_q4; /* mean leap from one of them to the next, in grains: < 2^16 */
+    int16_t               lag_q3;   /* mean of how far they are ahead, in grains: |.| < 2^15 */
+    uint8_t               grain;    /* a grain is 2^grain mg ... */
+    uint8_t               band;     /* ... so that this is the band in grains */
+    int32_t               mass_mg;  /* of the last sample, by the curve alone */
+    int32_t               low_mg;   /* of the band */
     int32_t               high_mg;
     int32_t               zero_mg; /* |.| <= 12 % of Max */
     int32_t               tare_mg; /* 0..Max */
@@ -119,7 +126,6 @@ typedef struct {
     int32_t  divisions;    /* what is shown, in d */
     uint32_t last_us;      /* of the last sample */
     uint32_t since_us;     /* when the band began; while stable, when zero was tracked last */
-    int32_t  rough_mg_q4;  /* mean distance of measurements from the estimate, <= 2^30 */
     uint32_t per_division; /* 1/d in 1/mg: Q40, or Q32 where d is fine */
     int32_t  settled_mg;   /* by the curve alone, the last that was stable */
     int32_t  zero_initial_mg; /* set at the first stable mass, else 0 */

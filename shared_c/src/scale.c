@@ -5,6 +5,8 @@
 #include "port_wide.h"
 #include "scale_wide.h"
 
+enum { AHEAD_MAX = 16383, ROUGH_MAX = 4095 }; /* in grains: four of the latter are the former */
+
 #define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
 
 /* Called from many places, or measured: kept whole. */
@@ -132,12 +134,12 @@ static void display(scale_t *scale)
 static uint8_t judge(const scale_t *scale)
 {
     const scale_config_t *config = scale->config;
-    const int32_t         load   = load_of(scale);
+    const int32_t         load = load_of(scale), e = config->interval_mg;
 
-    if (load - config->max_mg > config->interval_mg * 9) { return SCALE_OVER; }
+    if (load - config->max_mg - e > e * 8) { return SCALE_OVER; }
     if (load < -config->under_mg) { return SCALE_UNDER; }
     const uint8_t stable = scale->steady ? SCALE_STABLE : 0U;
-    return within(load, config->interval_mg >> 2) ? stable | SCALE_AT_ZERO : stable;
+    return within(load, e >> 2) ? stable | SCALE_AT_ZERO : stable;
 }
 
 OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
@@ -160,22 +162,45 @@ OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_
     return scale->flags;
 }
 
+/* How far the measurement is ahead of a mass, in grains. */
+static OUTLINE int16_t ahead(const scale_t *scale, int32_t mass_mg)
+{
+    int32_t apart = scale->raw_mg - mass_mg; /* |.| < 2^31 */
+
+    for (uint8_t bits = scale->grain; bits != 0U; --bits) { apart >>= 1; }
+    return (int16_t)limited(apart, AHEAD_MAX);
+}
+
 void scale_look(scale_t *scale, int32_t raw_mass_mg)
 {
-    const int32_t band     = scale->config->stable_band_mg; /* <= 2^24 */
-    const int32_t rough_q4 = scale->rough_mg_q4;            /* <= 2^30 */
-    int32_t       off      = raw_mass_mg - scale->mass_mg;  /* |.| < 2^31 */
-    int32_t       reach    = rough_q4 >> 2;
+    const int16_t band     = scale->band; /* <= 255 */
+    const int16_t rough_q2 = (int16_t)(scale->rough_q4 >> 2);
+    const int16_t rough    = (int16_t)(rough_q2 >> 2); /* <= 4095 */
+    const int16_t wide     = rough > band ? rough : band;
+    int16_t       reach    = (int16_t)(band - (band >> 2));
+    int16_t       leap     = ahead(scale, raw_mass_mg);
+    int16_t       most     = (int16_t)(rough + (rough >> 1) + 4);
 
-    if (reach < (band >> 1) + (band >> 2)) { reach = (band >> 1) + (band >> 2); }
-    reach += band;
-    if (raw_mass_mg - scale->low_mg > reach || scale->high_mg - raw_mass_mg > reach) {
+    scale->raw_mg = raw_mass_mg;
+    if (leap < 0) { leap = (int16_t)-leap; }
+    if (most > ROUGH_MAX) { most = ROUGH_MAX; }
+    if (leap > most) { leap = most; }
+    scale->rough_q4 = (uint16_t)(scale->rough_q4 + (uint16_t)(leap - rough));
+
+    int16_t off = ahead(scale, scale->mass_mg);
+    if (off > wide) { off = wide; }
+    if (off < -wide) { off = (int16_t)-wide; }
+    off = (int16_t)(scale->lag_q3 - (scale->lag_q3 >> 3) + off); /* |.| <= 8 wide < 2^15 */
+    scale->lag_q3 = off;
+    if (off < 0) { off = (int16_t)-off; }
+
+    if (reach < rough_q2) { reach = rough_q2; }
+    reach = (int16_t)(reach + band); /* <= 2^14 + 254 */
+    if (ahead(scale, scale->low_mg) > reach || ahead(scale, scale->high_mg) < -reach ||
+        (off > wide * 4 &&
+         (scale->steady || scale->last_us - scale->since_us >= scale->config->stable_us >> 2))) {
         unsettle(scale);
-        off = (rough_q4 >> 4) + (rough_q4 >> 5) + 16;
     }
-    if (off < 0) { off = -off; }
-    off                = limited(off, 1L << 30);
-    scale->rough_mg_q4 = limited(rough_q4 - (rough_q4 >> 4) + off, 1L << 30);
 }
 
 void scale_interrupt(scale_t *scale)

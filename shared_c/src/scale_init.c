@@ -114,5 +114,8 @@ scale_status_t scale_init(scale_t *scale, const scale_config_t *config)
     scale->per_division  = per_division;
     scale->fine          = fine;
     scale->zero_range_mg = (int32_t)port_wide_high((uint32_t)config->max_mg, FIFTIETH_Q32);
+    int32_t band         = config->stable_band_mg;
+    for (; band > UINT8_MAX; band >>= 1) { ++scale->grain; }
+    scale->band = (uint8_t)band;
     return take_points(config, scale);
 }

@@ -126,7 +126,7 @@ def test_scale_is_its_exact_twin_on_any_samples_and_commands(config, rows, start
             assert scale.update(counts, us) == twin.update(counts, us)
         assert (scale.net_mg, scale.shown, scale.pieces) == (twin.net_mg, twin.shown, twin.pieces)
         assert (scale.steps, scale.step_us) == (twin.steps, twin.step_us)
-        assert scale.rough_mg_q4 == twin.rough_mg_q4
+        assert (scale.rough_q4, scale.lag_q3) == (twin.rough_q4, twin.lag_q3)
         assert (scale.step_from_mg, scale.step_to_mg) == (twin.step_from_mg, twin.step_to_mg)
 
 

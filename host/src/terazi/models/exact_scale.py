@@ -15,7 +15,7 @@ POINTS_MAX, DECIMALS_MAX = 8, 6
 TIME_MAX_US = 1 << 31
 CLOCK_US = 1 << 32
 TRACK_US = 1 << 18
-ROUGH_MAX_Q4 = 1 << 30
+AHEAD_MAX, ROUGH_MAX = (1 << 14) - 1, (1 << 12) - 1  # grains
 INITIAL_ZERO, TRACK_ZERO = 1, 2
 LIVE, HELD, PEAK = range(3)
 
@@ -123,7 +123,9 @@ class Scale:
         )
         self.zero_range_mg = (config["max_mg"] + 25) // 50
         self.initial_mg = self.zero_mg = self.tare_mg = 0
-        self.mass_mg = self.net_mg = self.kept_mg = self.rough_mg_q4 = 0
+        self.mass_mg = self.net_mg = self.kept_mg = 0
+        self.raw_mg = self.rough_q4 = self.lag_q3 = 0
+        self.grain = max(config["stable_band_mg"].bit_length() - 8, 0)
         self.low_mg = self.high_mg = 0  # of the band, since since_us
         self.since_us = self.last_us = 0
         self.begun, self.steady, self.settled_mg = False, False, None
@@ -144,16 +146,23 @@ class Scale:
     def load_mg(self) -> int:
         return self.mass_mg - self.zero_mg
 
+    def _ahead(self, mass_mg: int) -> int:
+        return limit(self.raw_mg - mass_mg >> self.grain, AHEAD_MAX)
+
     def look(self, raw_mass_mg: int) -> None:
-        """A measurement before any filter."""
-        band = self.config["stable_band_mg"]
-        reach = band + max(band // 2 + band // 4, self.rough_mg_q4 // 4)
-        off = abs(raw_mass_mg - self.mass_mg)
-        if raw_mass_mg > self.low_mg + reach or raw_mass_mg < self.high_mg - reach:
+        """A measurement before any filter; all in grains."""
+        band, rough = self.config["stable_band_mg"] >> self.grain, self.rough_q4 // 16
+        wide = max(band, rough)
+        reach = band + max(band - band // 4, self.rough_q4 // 4)
+        leap = min(abs(self._ahead(raw_mass_mg)), rough + rough // 2 + 4, ROUGH_MAX)
+        self.rough_q4 += leap - rough
+        self.raw_mg = raw_mass_mg
+        self.lag_q3 += limit(self._ahead(self.mass_mg), wide) - self.lag_q3 // 8
+        stood_us = (self.last_us - self.since_us) % CLOCK_US
+        watched = self.steady or stood_us >= self.config["stable_us"] // 4
+        beyond = self._ahead(self.low_mg) > reach or self._ahead(self.high_mg) < -reach
+        if beyond or (watched and abs(self.lag_q3) > 4 * wide):
             self._unsettle()
-            off = self.rough_mg_q4 // 16 + self.rough_mg_q4 // 32 + 16
-        off = min(off, ROUGH_MAX_Q4)
-        self.rough_mg_q4 = min(self.rough_mg_q4 - self.rough_mg_q4 // 16 + off, ROUGH_MAX_Q4)
 
     def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:
         """A zero and a tare of before; firm: no initial zero."""

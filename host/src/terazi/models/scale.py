@@ -14,7 +14,9 @@ from terazi.design import scale as design
 STABLE, AT_ZERO, OVER, UNDER, STEPPED, ZEROED = 1, 2, 4, 8, 16, 32
 MASS_BUDGET_MG = 1.0  # |C - model| of the calibrated mass, shared_c/notes/scale.md
 LOAD_BUDGET_MG = 2.75  # of the load above zero, which may have been tracked
-REACH_BUDGET_MG = 4.0  # of how far a measurement may lie off
+REACH_BUDGET = 12.0  # grains, of how far a measurement may lie off
+LAG_BUDGET = 4.0  # grains, of the mean of how far they are ahead
+AHEAD_MAX, ROUGH_MAX = 16383.0, 4095.0  # grains
 TRACK_S = 2.0**18 * 1e-6
 BITS_31 = (-(2.0**30), 2.0**30 - 1)  # counts Q7 and masses
 
@@ -56,9 +58,10 @@ class _Scale:
     def __init__(self, config: Mapping) -> None:
         self.config = config
         self.division_mg = division_mg(config)
+        self.grain_mg = 2.0 ** max(config["stable_band_mg"].bit_length() - 8, 0)
         self.zero = self.initial = 0.0
         self.low = self.high = self.since_s = self.left_s = self.now_s = 0.0
-        self.mass = self.rough = 0.0
+        self.mass = self.raw = self.rough = self.lag = 0.0
         self.begun = self.steady = False
         self.settled: float | None = None
         self.steps: list[tuple[float, float, float]] = []
@@ -77,13 +80,20 @@ class _Scale:
         self.steady = self.begun = False
 
     def look(self, raw: float) -> None:
-        band = self.config["stable_band_mg"]
+        band, grain = self.config["stable_band_mg"], self.grain_mg
+        wide = max(band, self.rough)
         reach = band + max(0.75 * band, 4 * self.rough)
-        off = abs(raw - self.mass)
-        if self.decide(max(raw - self.low, self.high - raw), reach, REACH_BUDGET_MG):
+        most = min(1.5 * self.rough + 4 * grain, ROUGH_MAX * grain)
+        self.rough += (min(abs(raw - self.raw), most) - self.rough) / 16
+        self.raw = raw
+        self.lag += (np.clip(raw - self.mass, -wide, wide) - self.lag) / 8
+        quarter_s = self.config["stable_us"] * 0.25e-6 - 1e-9
+        watched = self.steady or self.now_s - self.since_s >= quarter_s
+        apart = min(max(raw - self.low, self.high - raw), AHEAD_MAX * grain)
+        beyond = self.decide(apart, reach, REACH_BUDGET * grain)
+        behind = watched and self.decide(abs(self.lag), wide / 2, LAG_BUDGET * grain)
+        if beyond or behind:
             self.unsettle()
-            off = 1.5 * self.rough + 16
-        self.rough += (off - self.rough) / 16
 
     def watch(self, mass: float, now_s: float) -> None:
         if self.steady:
