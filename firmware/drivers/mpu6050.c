@@ -20,24 +20,16 @@ enum {
 };
 
 /* In units of 1.024 ms. */
-enum { SETTLE_TIME = 35, RETRY_TIME = 244 };
-
-const mpu6050_setup_t mpu6050_thermometer PROGMEM = {
-    .first_register = MPU6050_TEMP_OUT_H,
-    .burst_len      = 2,
-    .guard_every    = 1,
-    .pair_count     = 1,
-    .pairs          = {{MPU6050_PWR_MGMT_1, MPU6050_CLOCK_GYRO_X}},
-};
+enum { SILENCE_TIME = 8, SETTLE_TIME = 35, RETRY_TIME = 244 };
 
 static const mpu6050_setup_t *setup;       /* in program memory */
 static volatile uint8_t       step;        /* a request writes, where it is READY */
 static uint8_t *volatile wanted;           /* a request writes: its burst waits; or NULL */
 static volatile uint16_t overruns, losses; /* a request writes the first */
 static uint8_t           control[2];       /* what a step writes, then what it has read */
-static uint8_t           guard_left;       /* bursts until the guard is read */
+static uint8_t           guard_left;       /* bursts until the guard is read; 0: one waits for it */
 static uint8_t           identity;
-static uint16_t          since; /* when a wait began, 1.024 ms */
+static uint16_t          since; /* when a wait began or a burst came, 1.024 ms */
 
 static void count(volatile uint16_t *counter)
 {
@@ -91,7 +83,8 @@ static void begin_burst(uint8_t *burst, uint32_t now_us)
 
 static void make_ready(uint32_t now_us)
 {
-    step = STEP_READY;
+    since = (uint16_t)(now_us >> 10);
+    step  = STEP_READY;
     cli(); /* a request may come in between and find it ready */
     if (step == STEP_READY && wanted != NULL) {
         begin_burst(wanted, now_us);
@@ -107,22 +100,28 @@ void mpu6050_init(const mpu6050_setup_t *chosen)
     go(STEP_IDENTIFY, 0);
 }
 
-void mpu6050_request(uint8_t *burst, uint32_t now_us)
+bool mpu6050_request(uint8_t *burst, uint32_t now_us)
 {
     if (step == STEP_READY) {
         begin_burst(burst, now_us);
-    } else if (mpu6050_state() == MPU6050_RUNNING) {
-        if (wanted != NULL) { count(&overruns); }
-        wanted = burst;
+        return true;
     }
+    if (mpu6050_state() != MPU6050_RUNNING) { return false; }
+    if (wanted != NULL) {
+        count(&overruns);
+        return false;
+    }
+    wanted = burst;
+    return true;
 }
 
-/* The transfer of this step has come to its good end; true: a burst is there. */
-static bool go_on(uint32_t now_us)
+/* The transfer of that step has come to its good end; true: a burst is there. */
+static bool go_on(uint8_t done, uint32_t now_us)
 {
     const uint8_t pair_count = of_setup(offsetof(mpu6050_setup_t, pair_count));
+    bool          is_burst   = true;
 
-    switch (step) {
+    switch (done) {
     case STEP_IDENTIFY:
         identity = control[0];
         go(1, now_us);
@@ -135,41 +134,53 @@ static bool go_on(uint32_t now_us)
         }
         break;
     case STEP_GUARD:
+        is_burst   = guard_left == 0U;
         guard_left = of_setup(offsetof(mpu6050_setup_t, guard_every));
         if (control[0] != of_pair(pair_count, 1)) {
             count(&losses);
-            wanted = NULL;
             go(1, now_us);
+            wanted = NULL; /* from now on no request writes it */
             return false;
         }
         break;
     default:
-        if (step == pair_count) {
+        if (done == pair_count) {
             guard_left = 1;
             wait_in(STEP_SETTLE, now_us);
         } else {
-            go((uint8_t)(step + 1U), now_us);
+            go((uint8_t)(done + 1U), now_us);
         }
         return false;
     }
     make_ready(now_us);
-    return true;
+    return is_burst;
+}
+
+/* Nobody asks any more: perhaps because the part tells of no data. */
+static void look_after(uint32_t now_us)
+{
+    cli(); /* a request may come in between */
+    if (step == STEP_READY) { go(STEP_GUARD, now_us); }
+    sei();
 }
 
 bool mpu6050_poll(uint32_t now_us)
 {
+    const uint8_t      at     = step; /* before the bus: a request in between has begun a burst */
     const twi_status_t status = twi_poll(now_us);
     const uint16_t     waited = (uint16_t)((uint16_t)(now_us >> 10) - since);
 
-    if (status == TWI_BUSY || step == STEP_READY) { return false; }
-    if (step == STEP_ABSENT) {
+    if (status == TWI_BUSY) { return false; }
+    if (at == STEP_READY) {
+        if (waited >= SILENCE_TIME) { look_after(now_us); }
+    } else if (at == STEP_ABSENT) {
         if (waited >= RETRY_TIME) { go(STEP_IDENTIFY, now_us); }
-    } else if (step == STEP_SETTLE) {
+    } else if (at == STEP_SETTLE) {
         if (waited >= SETTLE_TIME) { make_ready(now_us); }
     } else if (status == TWI_IDLE) {
-        return go_on(now_us);
+        return go_on(at, now_us);
     } else {
-        if (mpu6050_state() == MPU6050_RUNNING) { count(&losses); }
+        if (at >= STEP_READY) { count(&losses); }
         wait_in(STEP_ABSENT, now_us);
     }
     return false;

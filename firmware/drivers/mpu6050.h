@@ -5,15 +5,15 @@
  *           pair of the setup; 35 ms of settling (product specification rev. 3.4, p. 12: gyroscope
  *           start-up 30 ms); then a burst whenever one is asked for. After every guard_every
  *           bursts the register of the last pair is read: another value than was written there
- *           means that the part was reset, and it is set up anew
- * Setups    mpu6050_thermometer: awake, temperature alone, 2 bytes; others in mpu6050_motion.h.
- *           What an image does not name is not linked
+ *           means that the part was reset, and it is set up anew. The same after 8 ms without a
+ *           burst, as nobody asks for one when the part tells of no data
+ * Setups    in mpu6050_motion.h
  * Formats   burst: the part's own bytes, big-endian, into the caller's buffer
  * Siblings  WHO_AM_I other than 0x68 (0x98, 0x72, 0x70 have been seen) is told by mpu6050_identity
  *           and served alike
  * Bad data  a part that does not answer is absent: it is asked again every quarter of a second, and
- *           set up when it answers. A burst that cannot be begun waits; one more is not made and
- *           counted in `overruns`. What was asked for before a set-up is forgotten
+ *           set up when it answers. A burst that cannot be begun yet waits; one more is not made
+ *           and counted in `overruns`. What was asked for before a set-up is forgotten
  * Context   main loop; mpu6050_request also from an interrupt handler.  Cost: firmware/budget.toml
  */
 #ifndef MPU6050_H
@@ -47,13 +47,12 @@ typedef struct {
     uint16_t losses;   /* the part stopped answering, or was found reset */
 } mpu6050_counters_t;
 
-extern const mpu6050_setup_t mpu6050_thermometer;
-
 /* Begin with that setup; takes the bus. */
 void mpu6050_init(const mpu6050_setup_t *setup);
 
-/* Ask for one burst into a buffer of the setup's burst_len. */
-void mpu6050_request(uint8_t *burst, uint32_t now_us);
+/* Ask for one burst into a buffer of the setup's burst_len; false: it will not be made, the part
+ * does not run, or a burst waits already. */
+bool mpu6050_request(uint8_t *burst, uint32_t now_us);
 
 /* Go on with what is under way; true: the burst asked for has come. */
 bool mpu6050_poll(uint32_t now_us);

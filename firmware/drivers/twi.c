@@ -37,7 +37,8 @@ static volatile uint8_t state; /* twi_status_t; twi_begin and the interrupt writ
 static uint8_t          sla_w;
 static uint8_t         *first, *next; /* of the buffer */
 static uint8_t          write_left, read_left;
-static uint16_t         begun_us;
+static volatile uint16_t
+    begun_us; /* twi_begin writes, where nothing is under way; twi_poll reads */
 
 ISR(TWI_vect)
 {
@@ -146,8 +147,10 @@ bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read
 
 twi_status_t twi_poll(uint32_t now_us)
 {
-    if (state == TWI_BUSY && (uint16_t)((uint16_t)now_us - begun_us) > TIMEOUT_US) {
-        state = TWI_FAILED;
+    if (state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
+        const uint16_t late_us = (uint16_t)((uint16_t)now_us - begun_us - TIMEOUT_US);
+        /* What an interrupt has begun since the caller looked at the clock is not late. */
+        if (late_us < 60000U) { state = TWI_FAILED; }
     }
     if (state == TWI_FAILED && (TWCR & _BV(TWEN)) != 0U) { recover(); }
     return state;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* TWI master at 400 kHz on behalf of a test: writes `write_len` bytes of `buffer` to `address`, then
- * reads `read_len` bytes into it. `go` is cleared when done; `failed` is the first status that is
- * not the one hoped for, or 0; `cycles` is how long it took from START to STOP. */
+/* TWI master at 400 kHz on behalf of a test: writes `write_len` bytes of `buffer` to `address`,
+ * then reads `read_len` bytes into it. `go` is cleared when done; `failed` is the first status that
+ * is not the one hoped for, or 0; `cycles` is how long it took from START to STOP. */
 #include <avr/io.h>
 
 volatile uint8_t  address, buffer[32], write_len, read_len, go, failed;
