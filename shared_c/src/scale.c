@@ -5,7 +5,7 @@
 #include "port_wide.h"
 #include "scale_wide.h"
 
-enum { AHEAD_MAX = 16383, ROUGH_MAX = 4095 }; /* in grains: four of the latter are the former */
+enum { AHEAD_MAX = 8191, ROUGH_MAX = 4095 }; /* in grains: two of the latter outreach the former */
 
 #define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
 

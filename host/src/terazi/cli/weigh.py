@@ -1,63 +1,45 @@
 # SPDX-License-Identifier: MIT
-"""`terazi weigh`."""
+"""`terazi weigh`: a group whose first word is a verb, or else a capture."""
 
-import json
-from typing import Annotated
+import importlib
+import importlib.util
 
 import typer
-from rich.table import Table
+from typer.core import TyperGroup
 
-from terazi.cli.common import JsonOption, errors, out
+# Each in a module of its own, weigh_VERB, which holds a function of its name.
+VERBS = ["file", "static", "dynamic", "score"]
+OF_A_FILE = "file"
+
+
+class Weigh(TyperGroup):
+    """`terazi weigh FILE` is short for `terazi weigh file FILE`. A verb goes before a file."""
+
+    def resolve_command(self, ctx, args):
+        if args and args[0] not in self.commands:
+            args = [OF_A_FILE, *args]
+        return super().resolve_command(ctx, args)
+
 
 weigh = typer.Typer(
+    cls=Weigh,
     no_args_is_help=True,
     rich_markup_mode="rich",
-    help="Weighing filters on records whose truth is known: terazi weigh score",
+    help="How well it weighs: a capture beside class III (terazi weigh FILE), the chip's own chain "
+    "on simulated loads (static, dynamic), its filters beside common ones (score).",
 )
 
 
 @weigh.callback()
 def _group() -> None:
-    """Keeps `score` a verb of its own, although it is the only one."""
+    """Keeps each a verb of its own, even the only one."""
 
 
-@weigh.command()
-def score(
-    seed: Annotated[int, typer.Option(help="Of all noise.", min=0)] = 2016,
-    as_json: JsonOption = False,
-) -> None:
-    """Compare the chip's weighing filters with those of common libraries.
-
-    Fixed point as shipped, on seeded records after the weighing thesis's Table 5: loads that change
-    in steps under white noise and the hum of a belt; single steps; a load at rest.
-
-    [dim]Examples:[/]  terazi weigh score
-    terazi weigh score --json
-    """
-    from terazi.applications import weighing
-
-    with errors.status("working ...") as status:
-        result = weighing.score(
-            weighing.Experiment(seed=seed), progress=lambda what: status.update(f"{what} ...")
-        )
-    if as_json:
-        print(json.dumps(result.plain()))
-    else:
-        _show(result)
+def _add_verbs() -> None:
+    for verb in VERBS:
+        name = f"terazi.cli.weigh_{verb}"
+        if importlib.util.find_spec(name) is not None:
+            weigh.command(verb)(getattr(importlib.import_module(name), verb))
 
 
-def _show(result) -> None:
-    table = Table("filter", title="Weighing filters, fixed point as on the chip")
-    for heading in ("relative error", "settling after a step", "noise at rest"):
-        table.add_column(heading, justify="right")
-    for name, noise_counts in result.noise_at_rest_counts.items():
-        error_pct = result.relative_error_pct.get(name)
-        table.add_row(
-            name,
-            "-" if error_pct is None else f"{error_pct:.3f} %",
-            f"{result.settling_s[name]:.3f} s",
-            f"{noise_counts:.2f} counts",
-        )
-    out.print(table)
-    for sentence in result.words:
-        out.print(f"- {sentence}")
+_add_verbs()

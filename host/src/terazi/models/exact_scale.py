@@ -15,7 +15,7 @@ POINTS_MAX, DECIMALS_MAX = 8, 6
 TIME_MAX_US = 1 << 31
 CLOCK_US = 1 << 32
 TRACK_US = 1 << 18
-AHEAD_MAX, ROUGH_MAX = (1 << 14) - 1, (1 << 12) - 1  # grains
+AHEAD_MAX, ROUGH_MAX = (1 << 13) - 1, (1 << 12) - 1  # grains
 INITIAL_ZERO, TRACK_ZERO = 1, 2
 LIVE, HELD, PEAK = range(3)
 

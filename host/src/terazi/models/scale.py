@@ -16,7 +16,7 @@ MASS_BUDGET_MG = 1.0  # |C - model| of the calibrated mass, shared_c/notes/scale
 LOAD_BUDGET_MG = 2.75  # of the load above zero, which may have been tracked
 REACH_BUDGET = 12.0  # grains, of how far a measurement may lie off
 LAG_BUDGET = 4.0  # grains, of the mean of how far they are ahead
-AHEAD_MAX, ROUGH_MAX = 16383.0, 4095.0  # grains
+AHEAD_MAX, ROUGH_MAX = 8191.0, 4095.0  # grains
 TRACK_S = 2.0**18 * 1e-6
 BITS_31 = (-(2.0**30), 2.0**30 - 1)  # counts Q7 and masses
 

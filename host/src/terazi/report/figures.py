@@ -25,7 +25,7 @@ def weight_over_time(analysis: Analysis) -> go.Figure:
         t_s, values_g = thinned(analysis.t_s, analysis.stages_g[stage])
         figure.add_trace(_line(t_s, values_g, stage))
     _add_truth(figure, analysis, 0, len(analysis.t_s))
-    _style(figure, height=430)
+    style(figure, height=430)
     figure.update_xaxes(title_text="device time since the first sample / s")
     figure.update_yaxes(title_text="weight / g")
     return figure
@@ -66,7 +66,7 @@ def step_zooms(analysis: Analysis) -> go.Figure | None:
             )
             figure.add_trace(trace.update(showlegend=number == 0, legendgroup=stage), **place)
         _add_truth(figure, analysis, begin, end, origin_s=step.t_s, first=number == 0, **place)
-    _style(figure, height=90 + 300 * rows)
+    style(figure, height=90 + 300 * rows)
     figure.update_xaxes(title_text="time since the step / s", row=rows)
     figure.update_yaxes(title_text="weight / g", col=1)
     figure.update_annotations(font_size=13)
@@ -80,7 +80,7 @@ def spectrum(analysis: Analysis) -> go.Figure | None:
     figure = go.Figure()
     for stage in STAGES:
         figure.add_trace(_line(analysis.spectrum_hz, analysis.spectrum_g_rthz[stage], stage))
-    _style(figure, height=380)
+    style(figure, height=380)
     figure.update_xaxes(title_text="frequency / Hz", range=[0, analysis.rate_hz / 2])
     figure.update_yaxes(
         title_text="amplitude density / (g/√Hz)", type="log", exponentformat="power"
@@ -135,7 +135,7 @@ def timing(analysis: Analysis, statuses: list[tuple[float, float]]) -> go.Figure
         row=1,
         col=2,
     )
-    _style(figure, height=340)
+    style(figure, height=340)
     figure.update_layout(bargap=0.02)
     figure.update_xaxes(title_text="device time / s", row=1, col=1)
     figure.update_yaxes(title_text="rate / SPS", tickformat=".3f", row=1, col=1)
@@ -199,7 +199,8 @@ def _add_truth(figure, analysis, begin, end, *, origin_s=0.0, first=True, **plac
     figure.add_trace(trace, **place)
 
 
-def _style(figure: go.Figure, *, height: int) -> None:
+def style(figure: go.Figure, *, height: int) -> None:
+    """As all figures look."""
     figure.update_layout(
         template="none",
         height=height,

@@ -1,31 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""One HTML file with everything inlined. Its content policy forbids every access to a network."""
+"""The page of a recording."""
 
 import html
-import os
-from datetime import UTC, datetime
-from importlib import resources
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
-from terazi import __version__, units
+from terazi import units
 from terazi.link.generated.messages import Status
 from terazi.link.plain import plain_message
-from terazi.recorder.files import cannot_write
 from terazi.recorder.recording import Recording
-from terazi.report import figures
+from terazi.report import figures, parts
 from terazi.report.analysis import BAND_SHARE, SETTLED_AFTER_S, STAGES, Analysis
-
-POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; base-uri 'none'; form-action 'none'"
-)
-PLOT_CONFIG = {
-    "displaylogo": False,
-    "responsive": True,
-    "modeBarButtons": [["zoom2d", "pan2d", "resetScale2d", "toImage"]],
-}
 
 # Health counters that say that something went wrong as soon as they leave zero.
 FAULTS = (
@@ -43,87 +30,29 @@ FAULTS = (
 
 def write_report(path: Path, recording: Recording, analysis: Analysis) -> None:
     """Write the page, whole or not at all. Raises CannotWrite."""
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_text(render(recording, analysis), encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise cannot_write(path, error) from error
+    parts.write_page(path, render(recording, analysis))
 
 
 def render(recording: Recording, analysis: Analysis) -> str:
     """The page's text."""
-    title = f"Terazi: {recording.path.name}"
-    parts = [
-        _heading(recording, analysis),
-        _cards(recording, analysis),
-        _section(
-            "Weight over time", _plot(figures.weight_over_time(analysis)), _time_note(analysis)
-        ),
-        _steps_section(analysis),
-        _section("Noise of each stage", _noise_table(analysis), _noise_note(analysis)),
-        _spectrum_section(analysis),
-        _timing_section(recording, analysis),
-        _section("Health of the board", _health_table(recording)),
-        _footer(),
-    ]
-    return _PAGE.format(
-        policy=POLICY,
-        title=html.escape(title),
-        style=resources.files("terazi.report").joinpath("page.css").read_text("utf-8"),
-        plotly=_plotly(),
-        body="\n".join(part for part in parts if part),
+    return parts.page_of(
+        f"Terazi: {recording.path.name}",
+        [
+            _heading(recording, analysis),
+            _cards(recording, analysis),
+            parts.section(
+                "Weight over time",
+                parts.plot(figures.weight_over_time(analysis)),
+                _time_note(analysis),
+            ),
+            _steps_section(analysis),
+            parts.section("Noise of each stage", _noise_table(analysis), _noise_note(analysis)),
+            _spectrum_section(analysis),
+            _timing_section(recording, analysis),
+            parts.section("Health of the board", _health_table(recording)),
+            parts.footer(),
+        ],
     )
-
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<title>{title}</title>
-<style>
-{style}</style>
-<script>{plotly}</script>
-</head>
-<body>
-<main>
-{body}
-</main>
-</body>
-</html>
-"""
-
-
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
-
-
-def _plot(figure) -> str:
-    return figure.to_html(
-        full_html=False, include_plotlyjs=False, include_mathjax=False, config=PLOT_CONFIG
-    )
-
-
-def _section(title: str, *content: str) -> str:
-    return "\n".join([f"<section><h2>{title}</h2>", *content, "</section>"])
-
-
-def _note(text: str) -> str:
-    return f'<p class="note">{text}</p>'
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    """Cells are HTML already."""
-    lines = ["<table><thead><tr>", *(f"<th>{cell}</th>" for cell in head), "</tr></thead><tbody>"]
-    for row in rows:
-        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>")
-    return "".join([*lines, "</tbody></table>"])
 
 
 def _heading(recording: Recording, analysis: Analysis) -> str:
@@ -198,12 +127,12 @@ def _time_note(analysis: Analysis) -> str:
             "The truth's clock was fitted to the signal: shifted by "
             f"{analysis.truth_shift_s:.3f} s."
         )
-    return _note(" ".join(words))
+    return parts.note(" ".join(words))
 
 
 def _steps_section(analysis: Analysis) -> str:
     if not analysis.steps:
-        return _section("Changes of load", _note("None was found in this recording."))
+        return parts.section("Changes of load", parts.note("None was found in this recording."))
     rows = [
         [
             f"{step.t_s:.2f} s",
@@ -213,13 +142,13 @@ def _steps_section(analysis: Analysis) -> str:
         for step in analysis.steps
     ]
     head = ["at", "load", *(f"{figures.NAMES[stage]} settles in" for stage in STAGES)]
-    note = _note(
+    note = parts.note(
         "Settling: from the step until a stage stays within "
         f"{BAND_SHARE * 100:g} % of the step (the grey band) around the level at which it ends "
         "up. “Never”: its noise is wider than that band."
     )
-    zooms = _plot(figures.step_zooms(analysis))
-    return _section("Changes of load", _table(head, rows), note, zooms)
+    zooms = parts.plot(figures.step_zooms(analysis))
+    return parts.section("Changes of load", parts.table(head, rows), note, zooms)
 
 
 def _settling(time_s: float | None) -> str:
@@ -228,7 +157,7 @@ def _settling(time_s: float | None) -> str:
 
 def _noise_table(analysis: Analysis) -> str:
     if not analysis.plateaus:
-        return _note("No stretch of the recording is long enough to speak of noise.")
+        return parts.note("No stretch of the recording is long enough to speak of noise.")
     head = ["stage", "rms", "peak to peak", "against raw"]
     if analysis.truth_error_g:
         head.append("error to the truth, rms")
@@ -245,11 +174,11 @@ def _noise_table(analysis: Analysis) -> str:
         if analysis.truth_error_g:
             row.append(_gram(analysis.truth_error_g[stage]))
         rows.append(row)
-    return _table(head, rows)
+    return parts.table(head, rows)
 
 
 def _noise_note(analysis: Analysis) -> str:
-    return _note(
+    return parts.note(
         f"Over the settled stretches ({len(analysis.plateaus)} here), each from "
         f"{SETTLED_AFTER_S:g} s after a change of load to the next; about a straight line, so that "
         "creep is not counted as noise."
@@ -260,12 +189,12 @@ def _spectrum_section(analysis: Analysis) -> str:
     figure = figures.spectrum(analysis)
     if figure is None:
         return ""
-    note = _note(
+    note = parts.note(
         "Of the settled stretches. What shakes the scale stands out as peaks; above half the rate "
         "it is folded back: mains hum of 50 Hz appears at "
         f"{abs(50 - analysis.rate_hz * round(50 / analysis.rate_hz)):.1f} Hz."
     )
-    return _section("Spectrum", _plot(figure), note)
+    return parts.section("Spectrum", parts.plot(figure), note)
 
 
 def _timing_section(recording: Recording, analysis: Analysis) -> str:
@@ -288,13 +217,15 @@ def _timing_section(recording: Recording, analysis: Analysis) -> str:
         ["spread of intervals, rms", f"{np.std(known) * 1000:.2f} µs"],
         ["shortest, longest", f"{known.min():.4f} ms, {known.max():.4f} ms"],
     ]
-    return _section("Timing", _table(["by the device's stamps", ""], rows), _plot(figure))
+    return parts.section(
+        "Timing", parts.table(["by the device's stamps", ""], rows), parts.plot(figure)
+    )
 
 
 def _health_table(recording: Recording) -> str:
     status = recording.last_status
     if status is None:
-        return _note("The recording holds no STATUS.")
+        return parts.note("The recording holds no STATUS.")
     rows = []
     for name, value in plain_message(status).items():
         is_bad = name in FAULTS and value
@@ -306,9 +237,4 @@ def _health_table(recording: Recording) -> str:
         ["frames lost on the way (this host's count)", str(recording.frames_lost)],
         ["frames refused by their check (this host's count)", str(recording.frames_bad)],
     ]
-    return _table(["at the end of the recording", ""], rows)
-
-
-def _footer() -> str:
-    now = datetime.now(UTC)
-    return f"<footer>terazi {html.escape(__version__)} · made {now:%Y-%m-%d %H:%M} UTC</footer>"
+    return parts.table(["at the end of the recording", ""], rows)
