@@ -17,6 +17,7 @@ from terazi.link.generated.messages import (
     FINGERPRINT,
     ChainOrder,
     ConverterState,
+    Fault,
     FaultFlag,
     Hello,
     KfKind,
@@ -59,7 +60,7 @@ class Chain(Commands):
         self.conversion = 0
         self.samples = 0
         self.device_us = 0
-        self.faults = FaultFlag(0)
+        self.faults = self._told_faults = FaultFlag(0)
         self.temperature_centi = TEMPERATURE_UNKNOWN
         self.state = ConverterState.RUNNING
         self._fir: Fir | None = None
@@ -211,3 +212,8 @@ class Chain(Commands):
         self.faults |= FaultFlag.CABLE_OUT
         self.conversion += 1
         self.device_us = round(self.conversion / RATE_HZ * 1e6)
+
+    def fault(self) -> Fault | None:
+        """The change of faults since it was asked last."""
+        changed, self._told_faults = self.faults ^ self._told_faults, self.faults
+        return Fault(self.faults, changed) if changed else None

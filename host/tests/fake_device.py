@@ -141,6 +141,8 @@ class FakeDevice:
                 return
             if self.silent_after is not None and self.chain.samples >= self.silent_after:
                 self.chain.fall_silent()
+                if fault := self.chain.fault():
+                    self._send(self.chain.frame(fault))
             else:
                 self._send_sample()
             if self.chain.device_us // 1_000_000 > self._statuses:

@@ -27,14 +27,6 @@ CHANGED_E = 5
 CHANGED_WAIT_S = 2.0  # so long a person's Enter may come before the mass
 POINTS_USUAL = 2
 MAX_LEAST_MG = 1000
-RANGE_SETTINGS = (
-    "scale.max_mg",
-    "scale.interval_mg",
-    "scale.unit",
-    "scale.decimals",
-    "scale.digit",
-    *scale_range.IN_E,
-)
 
 
 @dataclass(frozen=True)
@@ -77,7 +69,7 @@ class _Dialogue:
 
     def run(self) -> Outcome:
         self.balance.quiet_stream()
-        now = read_settings(self.balance.link, RANGE_SETTINGS)
+        now = read_settings(self.balance.link, scale_range.RANGE_SETTINGS)
         self._old_points = self.balance.points()
         self._tell_what_is(now)
         self._agree_range(now)

@@ -16,6 +16,15 @@ IN_E = {
     "scale.step_mg": "step_e",
     "scale.stable_band_mg": "band_e",
 }
+# What `changes` looks at.
+RANGE_SETTINGS = (
+    "scale.max_mg",
+    "scale.interval_mg",
+    "scale.unit",
+    "scale.decimals",
+    "scale.digit",
+    *IN_E,
+)
 
 
 def why_not(max_mg: int, interval_mg: int) -> str:

@@ -21,6 +21,7 @@ VERBS = [
     "calibrate",
     "watch",
     "tare",
+    "set",
     "log",
     "replay",
     "report",

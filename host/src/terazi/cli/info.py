@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
+from terazi.cli.board import board
 from terazi.cli.common import (
     BAUD_DEFAULT,
     BaudOption,
@@ -20,6 +22,30 @@ from terazi.cli.common import (
 
 # The device knows its converter's rate after some conversions (0.2 s at 80 SPS, 2 s at 10 SPS).
 RATE_WAIT_S = 3.0
+SETTINGS_SHOWN = (
+    "scale.max_mg",
+    "scale.interval_mg",
+    "scale.stable_band_mg",
+    "scale.stable_us",
+    "calibration.zero_mg",
+    "calibration.tare_mg",
+    "checkweigher.on",
+    "temperature.on",
+)
+# Of STATUS: what stands above zero on a healthy board, or is told in words.
+NO_COUNTERS = {
+    "uptime_s",
+    "converter_state",
+    "converter_rate_hz",
+    "conversions",
+    "settling_dropped",
+    "stack_free_bytes",
+    "cpu_busy_permille",
+    "faults",
+    "faults_seen",
+    "settings_state",
+    "settings_saved",
+}
 
 
 def info(
@@ -30,20 +56,25 @@ def info(
         float, typer.Option(help="Seconds to wait for a measured rate.", min=0.0)
     ] = RATE_WAIT_S,
 ) -> None:
-    """Say who is at the port: firmware, converter, filters, health. Resets the board.
+    """Say who is at the port, how it is, and what is wrong. Resets the board.
+
+    Firmware, converter, filters, calibration, settings; each fault with what to do about it.
 
     [dim]Examples:[/]  terazi info      terazi info /dev/ttyACM0 --json
     """
-    from terazi.link import find_port, open_link
+    from terazi.control import Balance
+    from terazi.control.settings import read_settings
 
-    port = find_port(port)
-    with errors.status(f"waiting for {port} ..."), open_link(port, baud) as link:
-        hello = link.hello()
-        status = _status_with_rate(link, wait)
+    with board(port, baud) as link:
+        port, hello = link.name, link.hello()
+        with errors.status("asking ..."):
+            status = _status_with_rate(link, wait)
+            points = Balance(link).points()
+            settings = read_settings(link, SETTINGS_SHOWN)
     if as_json:
-        print(json.dumps(_plain(port, hello, status)))
+        print(json.dumps(_plain(port, hello, status, points, settings)))
     else:
-        _show(port, hello, status)
+        _show(port, hello, status, points, settings)
 
 
 def _status_with_rate(link, wait_s: float):
@@ -55,43 +86,122 @@ def _status_with_rate(link, wait_s: float):
     return status
 
 
-def _plain(port: str, hello, status) -> dict:
+def _plain(port: str, hello, status, points, settings: dict[str, int]) -> dict:
+    from terazi.control import faults
     from terazi.link.plain import plain_message
 
-    return {"port": port, "hello": plain_message(hello), "status": plain_message(status)}
+    return {
+        "port": port,
+        "hello": plain_message(hello),
+        "status": plain_message(status),
+        "faults": faults.names(status.faults),
+        "faults_seen": faults.names(status.faults_seen),
+        "points": [{"counts_q7": point.counts_q7, "mass_mg": point.mass_mg} for point in points],
+        "settings": settings,
+    }
 
 
-def _show(port: str, hello, status) -> None:
-    from terazi.cshared import FIR_DESIGNS
-    from terazi.link.plain import plain_message
-
+def _show(port: str, hello, status, points, settings: dict[str, int]) -> None:
     table = Table.grid(padding=(0, 2))
-    table.add_row("port", port)
-    table.add_row("firmware", show_version(hello))
-    table.add_row("protocol", f"0x{hello.protocol_fingerprint:04X}")
-    table.add_row("reset cause", _words(hello.reset_cause))
-    table.add_row("converter", _words(status.converter_state))
-    table.add_row("measured rate", show_rate(status.converter_rate_hz_q16))
-    table.add_row("gain", str(hello.gain))
-    table.add_row("FIR", f"{_name(FIR_DESIGNS, hello.fir_design)}, {hello.fir_taps} taps")
-    table.add_row("Kalman", _kalman(hello))
-    table.add_row("order", _words(hello.chain_order).replace(" ", " then ").replace("kf", "Kalman"))
-    shown = {"converter_state", "converter_rate_hz"}
-    for name, value in plain_message(status).items():
-        if name not in shown:
-            table.add_row(
-                name.replace("_", " "), f"[red]{value}[/]" if _is_bad(name, value) else str(value)
-            )
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    table.add_row("device", f"Terazi {show_version(hello)} at {port}")
+    table.add_row("", f"protocol 0x{hello.protocol_fingerprint:04X}, {_started(hello, status)}")
+    table.add_row("converter", _converter(hello, status))
+    table.add_row("filters", _filters(hello))
+    for name, words in _scale(points, settings):
+        table.add_row(name, words)
+    table.add_row("settings", _settings(status))
+    table.add_row(
+        "chip", f"{status.cpu_busy_permille / 10:.1f} % busy, {status.stack_free_bytes} bytes free"
+    )
+    table.add_row("counters", _counters(status))
+    for name, words in _faults(status):
+        table.add_row(name, words)
     out.print(table)
 
 
-def _kalman(hello) -> str:
-    from terazi.cshared import WEIGHT_KF_SCHEDULES
-    from terazi.link.generated.messages import KfKind
+def _started(hello, status) -> str:
+    from terazi.units import show_duration
 
+    cause = _words(hello.reset_cause)
+    return f"up for {show_duration(status.uptime_s)} since a reset ({cause})"
+
+
+def _converter(hello, status) -> str:
+    state = _words(status.converter_state)
+    return f"HX711 {state}, {show_rate(status.converter_rate_hz_q16)}, gain {hello.gain}"
+
+
+def _filters(hello) -> str:
+    from terazi.cshared import FIR_DESIGNS, WEIGHT_KF_SCHEDULES
+    from terazi.link.generated.messages import ChainOrder, KfKind
+
+    fir = f"FIR {_name(FIR_DESIGNS, hello.fir_design)} of {hello.fir_taps} taps"
+    kalman = f"Kalman {_words(hello.kf_kind)}"
     if hello.kf_kind == KfKind.CONSTANT:
-        return _name(WEIGHT_KF_SCHEDULES, hello.kf_schedule)
-    return _words(hello.kf_kind)
+        kalman = f"Kalman {_name(WEIGHT_KF_SCHEDULES, hello.kf_schedule)}"
+    first, then = (kalman, fir) if hello.chain_order == ChainOrder.KF_FIR else (fir, kalman)
+    return f"{first}, then {then}"
+
+
+def _scale(points, settings: dict[str, int]) -> list[tuple[str, str]]:
+    from terazi.calibration.points import line_through, span_mg
+    from terazi.control.quantities import show_mass
+
+    max_mg, e_mg = settings["scale.max_mg"], settings["scale.interval_mg"]
+    slope_mg, _origin = line_through(points)
+    masses = ", ".join(show_mass(point.mass_mg, e_mg) for point in points)
+    extras = [name for name in ("checkweigher", "temperature") if settings[f"{name}.on"]]
+    zero_mg, tare_mg = settings["calibration.zero_mg"], settings["calibration.tare_mg"]
+    band = show_mass(settings["scale.stable_band_mg"])
+    rows = [
+        ("scale", f"Max {show_mass(max_mg, e_mg)}, e {show_mass(e_mg, e_mg / 10)}"),
+        ("", f"stable: within {band} for {settings['scale.stable_us'] / 1e6:g} s"),
+        ("calibration", f"{len(points)} points: {masses}"),
+        ("", f"{slope_mg * 1000:.1f} ug a count, {span_mg(points) / max_mg:.0%} of Max measured"),
+        ("", f"zero {show_mass(zero_mg)}, tare {show_mass(tare_mg)}"),
+    ]
+    return [*rows, ("", f"{' and '.join(extras)} on")] if extras else rows
+
+
+def _settings(status) -> str:
+    from terazi.link.generated.messages import SettingsState
+
+    words = {
+        SettingsState.IDLE: "saved" if status.settings_saved else "the factory's, never saved",
+        SettingsState.WRITING: "being written",
+        SettingsState.FAILED: "[bold red]could not be written: the EEPROM may be worn out[/]",
+    }
+    record = f", record {status.settings_saved}" if status.settings_saved else ""
+    return words.get(status.settings_state, _words(status.settings_state)) + record
+
+
+def _counters(status) -> str:
+    from terazi.link.plain import plain_message
+
+    plain = plain_message(status)
+    bad = [
+        f"{name.replace('_', ' ')} {value}"
+        for name, value in plain.items()
+        if name not in NO_COUNTERS and value
+    ]
+    return f"[red]{', '.join(bad)}[/]" if bad else "all at zero: nothing lost, clipped or late"
+
+
+def _faults(status) -> list[tuple[str, Text | str]]:
+    from terazi.control import faults
+
+    rows: list[tuple[str, Text | str]] = []
+    for name, words, remedy in faults.explained(status.faults):
+        rows.append(("fault", Text(f"{name}: {words}", style="bold red")))
+        rows.append(("", Text(remedy, style="yellow")))
+    if not rows:
+        rows.append(("faults", Text("none", style="green")))
+    seen = faults.names(status.faults_seen & ~status.faults)
+    if seen:
+        rows.append(("", f"since the reset, and over: {', '.join(seen)}"))
+    return rows
 
 
 def _words(value) -> str:
@@ -101,16 +211,3 @@ def _words(value) -> str:
 
 def _name(names: tuple[str, ...], index: int) -> str:
     return names[index] if index < len(names) else f"number {index}, unknown to this host"
-
-
-def _is_bad(name: str, value) -> bool:
-    """Counters that stand at zero on a healthy board."""
-    healthy = (
-        "uptime_s",
-        "conversions",
-        "settling_dropped",
-        "stack_free_bytes",
-        "cpu_busy_permille",
-        "settings_saved",
-    )
-    return name not in healthy and value != 0

@@ -10,11 +10,14 @@ from terazi.errors import CannotWrite, CommandRefused, NoAnswer
 from terazi.link import Link, Received
 from terazi.link.generated.messages import (
     Ack,
+    Fault,
+    FaultFlag,
     GetPoint,
     Point,
     Result,
     SetStream,
     SettingsState,
+    Status,
     StreamFlag,
     Tare,
     TareClear,
@@ -39,6 +42,7 @@ class Balance:
     def __init__(self, link: Link) -> None:
         self.link = link
         self.weight: Weight | None = None
+        self.faults = FaultFlag(0)  # as the newest message has it
         self._recent: deque[tuple[int, int]] = deque()  # (device_us, net_mg) of SPREAD_S
         self._boot = 0
         self._heard_s = link.now_s()
@@ -53,6 +57,8 @@ class Balance:
     def take(self, received: Received) -> None:
         """Note a message that came in, and hand it on."""
         message = received.message
+        if isinstance(message, (Weight, Status, Fault)):
+            self.faults = message.faults
         if isinstance(message, Weight):
             self._take_weight(message, received)
         elif isinstance(message, Ack) and (message.command, message.result) == (
@@ -120,18 +126,18 @@ class Balance:
 
     def why_not_stable(self, wait_s: float) -> CommandRefused | NoAnswer:
         """What keeps the weight from being stable, in words."""
-        if self.weight is None or self.silent_s > SILENCE_S:
-            return NoAnswer(
-                f"{self.link.name} sends no weight",
-                remedy="`terazi info` shows what the converter does.",
-            )
-        spoilt = faults.explained(self.weight.faults & faults.SPOILING)
+        spoilt = faults.explained(self.faults & faults.SPOILING)
         if spoilt:
             name, words, remedy = spoilt[0]
             return CommandRefused(
                 f"no weight to be trusted: {name}, {words}",
                 remedy=remedy,
                 result=Result.NOT_STABLE,
+            )
+        if self.weight is None or self.silent_s > SILENCE_S:
+            return NoAnswer(
+                f"{self.link.name} sends no weight",
+                remedy="`terazi info` shows what the converter does.",
             )
         flags = self.weight.weight_flags
         if flags & (WeightFlag.OVER | WeightFlag.UNDER):

@@ -63,7 +63,8 @@ WORDS = {
     Result.NOTHING_THERE: ("there is nothing of that kind", ""),
     Result.CONTRADICTS: (
         "the value does not go with those of other settings",
-        "`terazi set --list` shows them all.",
+        "e is at most Max / 16 and the stable band at most e / 2; under and step are at most Max; "
+        "the display's division must suit Max; leave is below enter, and class limits rise.",
     ),
 }
 
