@@ -15,9 +15,9 @@
  *           more than 0.25 K. The first reading is taken as it is
  * Formats   temperature: 1/100 degC in int16, -40.00..85.00    counts: 24 bits in int32
  *           zero: counts/K, Q4    span: ppm/K, Q4, |span| <= 250 ppm/K
- * Rounding  half up at each step: dT in K, Q8 = 1/100 K * 20971 / 2^13; zero dT in Q5; span dT in
- *           ppm, Q12, * 17180 / 2^15 is a share in Q31, then in Q20; that times (c - origin) in Q5
- *           (the sign of the share on the side of c - origin); c' in whole counts
+ * Rounding  half up at each step: T to 1/200 K, then to 1/100 K; zero dT in Q5 = (Q4 * 1/100 K) *
+ *           20972 / 2^15 / 2^5; span dT as a share in Q20 = (Q4 * 1/100 K) * 21990 / 2^15 / 2^10;
+ *           that times (c - origin), with the share's sign on (c - origin), in Q5; c' in counts
  * Bad data  a reading outside the range is refused and counted in `refused`; without any reading,
  *           or switched off, counts are passed on as they are; a result beyond 24 bits is clamped
  *           and counted in `clipped`.  A configuration from outside is asked with
@@ -40,13 +40,13 @@ typedef struct {
 
 typedef struct {
     const temperature_config_t *config;
-    int32_t                     smoothed_q8; /* 1/100 degC */
     int32_t                     zero_q5; /* counts to take off for the zero, at this temperature */
-    uint16_t span_q20;   /* share of (c - origin) to take off for the span: its magnitude */
-    bool     span_falls; /* that share is negative */
-    bool     known;      /* there was a reading */
-    uint16_t refused;    /* readings out of range, stops at 65535 */
-    uint16_t clipped;    /* results beyond 24 bits, stops at 65535 */
+    uint16_t span_q20;    /* share of (c - origin) to take off for the span: its magnitude */
+    bool     span_falls;  /* that share is negative */
+    bool     known;       /* there was a reading */
+    int16_t  smoothed_q1; /* 1/100 degC */
+    uint16_t refused;     /* readings out of range, stops at 65535 */
+    uint16_t clipped;     /* results beyond 24 bits, stops at 65535 */
 } temperature_t;
 
 /* The bounds above hold, so that nothing overflows. */

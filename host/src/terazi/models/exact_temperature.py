@@ -18,34 +18,35 @@ class Temperature:
 
     def __init__(self, config: Mapping[str, int]) -> None:
         self.config = config
-        self.smoothed_q8: int | None = None
+        self.smoothed_q1: int | None = None
         self.refused = self.clipped = 0
 
     def update(self, measured_centi: int) -> None:
         """One reading."""
         if not LOWEST_CENTI <= measured_centi <= HIGHEST_CENTI:
             self.refused = min(self.refused + 1, COUNTER_MAX)
-        elif self.smoothed_q8 is None:
-            self.smoothed_q8 = measured_centi << 8
+        elif self.smoothed_q1 is None:
+            self.smoothed_q1 = 2 * measured_centi
         else:
-            limit_q8 = STEP_MAX_CENTI << 8
-            off_q8 = (measured_centi << 8) - self.smoothed_q8
-            off_q8 = max(-limit_q8, min(limit_q8, off_q8))
-            self.smoothed_q8 += rounded_shift(off_q8, SMOOTHING_SHIFT)
+            limit_q1 = 2 * STEP_MAX_CENTI
+            off_q1 = 2 * measured_centi - self.smoothed_q1
+            off_q1 = max(-limit_q1, min(limit_q1, off_q1))
+            self.smoothed_q1 += rounded_shift(off_q1, SMOOTHING_SHIFT)
 
     @property
     def centi(self) -> int | None:
         """The temperature that corrections are made for."""
-        return None if self.smoothed_q8 is None else rounded_shift(self.smoothed_q8, 8)
+        return None if self.smoothed_q1 is None else rounded_shift(self.smoothed_q1, 1)
 
     def correct(self, raw_counts: int) -> int:
         """One count, at the reference temperature."""
-        if self.smoothed_q8 is None or not self.config["on"]:
+        if self.smoothed_q1 is None or not self.config["on"]:
             return raw_counts
-        above_q8 = rounded_shift((self.centi - self.config["reference_centi"]) * 4 * 20971, 15)
-        zero_q5 = rounded_shift(self.config["zero_counts_per_k_q4"] * above_q8, 7)
-        share_q31 = rounded_shift(self.config["span_ppm_per_k_q4"] * above_q8 * 17180, 15)
-        share_q20 = rounded_shift(share_q31, 11)
+        above_centi = self.centi - self.config["reference_centi"]
+        zero_q10 = rounded_shift(self.config["zero_counts_per_k_q4"] * above_centi * 20972, 15)
+        zero_q5 = rounded_shift(zero_q10, 5)
+        share_q30 = rounded_shift(self.config["span_ppm_per_k_q4"] * above_centi * 21990, 15)
+        share_q20 = rounded_shift(share_q30, 10)
         above_origin = raw_counts - self.config["origin_counts"]
         if share_q20 < 0:
             share_q20, above_origin = -share_q20, -above_origin

@@ -7,13 +7,13 @@ import numpy as np
 
 STEP_MAX_K = 4.0
 SMOOTHING_GAIN = 1.0 / 16.0
-SMOOTHED_BUDGET_K = 0.0054  # |C - model| of a smoothed temperature, shared_c/notes/temperature.md
+SMOOTHED_BUDGET_K = 0.0451  # |C - model| of a smoothed temperature, shared_c/notes/temperature.md
 
 
 def smooth(readings_c):
     """(n,) float64 smoothed temperature after each of (n,) readings, degC, all within range.
 
-    The C keeps 1/25600 K and gives 1/100 K: within SMOOTHED_BUDGET_K.
+    The C keeps 1/200 K and gives 1/100 K: within SMOOTHED_BUDGET_K.
     """
     readings_c = np.asarray(readings_c, dtype=np.float64)
     smoothed = np.empty_like(readings_c)
@@ -41,7 +41,6 @@ def error_budget_counts(raw_counts, above_k, *, zero_counts_per_k, span_ppm_per_
     """(n,) float64: |C - correct| is at most this; shared_c/notes/temperature.md derives it."""
     above_origin = np.abs(np.asarray(raw_counts, dtype=np.float64) - origin_counts)
     above_k = np.abs(np.asarray(above_k, dtype=np.float64))
-    kelvin = 2.5e-5 * above_k + 2.0**-9
-    share = abs(span_ppm_per_k) * 1e-6
-    share_error = share * kelvin + 7.7e-6 * share * (above_k + kelvin) + 2.0**-21 + 2.0**-32
-    return abs(zero_counts_per_k) * kelvin + above_origin * share_error + 2 * 2.0**-6 + 0.5
+    zero = abs(zero_counts_per_k) * above_k * 2.3e-5 + 2 * 2.0**-6
+    share = abs(span_ppm_per_k) * 1e-6 * above_k * 1.1e-5 + 2.0**-21 + 2.0**-31
+    return zero + above_origin * share + 2.0**-6 + 0.5
