@@ -76,6 +76,7 @@ weighing_counters_t weighing_counters(void)
 static COMPACT void distrust(void)
 {
     scale_interrupt(&weighing_scale);
+    if (!weighing_calibrating) { checkweigher_interrupt(&weighing_beside.checkweigher); }
 }
 
 /* What follows is not connected with what was: the next conversion starts the filters anew. */
@@ -269,7 +270,7 @@ bool weighing_product(messages_product_t *told, uint32_t *device_us)
     told->mass_mg       = is_weighed ? checkweigher->mass_mg : 0;
     told->verdict       = is_weighed ? checkweigher->class_at : UNWEIGHED;
     told->samples       = checkweigher->samples;
-    told->weighed       = checkweigher->weighed;
+    told->weighed       = checkweigher_weighed(checkweigher);
     told->unweighed     = checkweigher->unweighed;
     told->per_minute_q8 = checkweigher_per_minute_q8(checkweigher);
     *device_us          = checkweigher->left_us;

@@ -3,17 +3,21 @@
  * counted once.
  *
  * Model     a product enters where the mass reaches enter_mg and has left where it falls below
- *           leave_mg; of the last CHECKWEIGHER_SAMPLES_MAX masses between, those from settle_us
- *           after the entry to tail_us before the end are its settled stretch
- * Weight    mean of the stretch with weights 1 2 3 ... 3 2 1, against oscillation (notes)
- * Result    base + S / W, with base the stretch's first mass, S the weighted sum of differences
- *           from it, 1/W in Q32 rounded down, the quotient rounded, half away from base: within
- *           1 mg of the mean
+ *           leave_mg. Of the masses from settle_us after the entry on, the last
+ *           CHECKWEIGHER_SAMPLES_MAX, those at least tail_us before the end are its stretch; they
+ *           come evenly, so that the k-th from the end is k times the last interval old
+ * Weight    the platform rings: the stretch is a constant and one damped tone, unknown in frequency
+ *           and damping. Smoothed by 1 4 6 4 1, its second difference is -g (x - weight) - b d, d
+ *           the difference over two samples; least squares for b, g and the weight: second-order
+ *           linear prediction, with the constant (notes). Where there is no such tone (g <= 1/16:
+ *           below 3.6 Hz at 90 samples a second), the mean
  * Classes   class k holds limit_mg[k - 1] <= mass < limit_mg[k]; the outer ones are open
- * Unweighed with fewer than samples_min in the stretch, after a gap above gap_us on the platform,
- *           or where a mass of the stretch is over 2^22 mg (4.19 kg) off its first: counted apart
- * Formats   mass mg in int32, limited to |mass| <= 2^30; time us, wrapping; ages in units of 256 us
- * Time      arrives with the sample and may be irregular
+ * Unweighed with fewer than samples_min in the stretch, after a gap above gap_us or an interrupt on
+ *           the platform, or where a mass of the stretch is half the first one off it: counted
+ * When      a verdict comes with the second sample after the end; none is held for the next product
+ *           before it. No call is long
+ * Formats   mass mg in int32, limited to |mass| <= 2^30; time us, wrapping. The stretch is kept in
+ *           units of 2^k mg, between 2^-14 and 2^-15 of its first mass
  * Bad data  a configuration is refused, and then nothing changes; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
@@ -23,17 +27,21 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { CHECKWEIGHER_CLASSES_MAX = 8, CHECKWEIGHER_SAMPLES_MAX = 32 };
+enum {
+    CHECKWEIGHER_CLASSES_MAX = 8,
+    CHECKWEIGHER_SAMPLES_MAX = 32,
+    CHECKWEIGHER_SAMPLES_MIN = 12 /* a tone in fewer cannot be told from noise */
+};
 
 #define CHECKWEIGHER_TIME_MAX_US 4000000UL
-#define CHECKWEIGHER_GAP_MAX_US  500000UL /* so that ages in the ring stay below 2^16 * 256 us */
+#define CHECKWEIGHER_GAP_MAX_US  500000UL
 
 /* What checkweigher_update answers. */
 typedef enum {
     CHECKWEIGHER_EMPTY,
-    CHECKWEIGHER_LOADED,   /* a product is on the platform */
-    CHECKWEIGHER_VERDICT,  /* it has left just now: mass_mg and class_at are its */
-    CHECKWEIGHER_UNWEIGHED /* it has left just now, and could not be weighed */
+    CHECKWEIGHER_LOADED,    /* a product is on the platform */
+    CHECKWEIGHER_VERDICT,   /* on the one that left last: mass_mg and class_at are its */
+    CHECKWEIGHER_UNWEIGHED, /* it has left just now, and cannot be weighed */
 } checkweigher_event_t;
 
 /* In the caller's memory: it must stay. */
@@ -43,37 +51,62 @@ typedef struct {
     int32_t  leave_mg;                               /* > 0 */
     uint32_t settle_us;                              /* 0..CHECKWEIGHER_TIME_MAX_US */
     uint32_t tail_us;                                /* the same */
-    uint32_t gap_us;                                 /* 1..CHECKWEIGHER_GAP_MAX_US */
+    uint32_t gap_us;                                 /* 1..CHECKWEIGHER_GAP_MAX_US; see Model */
     uint8_t  classes;                                /* 1..CHECKWEIGHER_CLASSES_MAX */
-    uint8_t  samples_min;                            /* 1..CHECKWEIGHER_SAMPLES_MAX */
+    uint8_t  samples_min;                            /* of CHECKWEIGHER_SAMPLES_MIN.._MAX */
 } checkweigher_config_t;
+
+/* What a stretch comes to: sums of its smoothed masses z, from which the weight is solved. */
+typedef struct {
+    int32_t  sum;       /* of z[1]..z[count], about the first mass held */
+    int32_t  square;    /* z[n]^2; from here on z is about the mean, >> shift */
+    int32_t  neighbour; /* z[n] z[n + 1] */
+    int32_t  across;    /* z[n - 1] z[n + 1] */
+    int16_t  first[2];  /* z[0], z[1] */
+    int16_t  last[2];   /* z[count], z[count + 1] */
+    int16_t  least;     /* of all z, about the first mass held */
+    int16_t  most;
+    uint32_t over_count; /* 2^32 / count */
+    uint8_t  count;
+    uint8_t  shift;
+} checkweigher_sums_t;
 
 typedef struct {
     const checkweigher_config_t *config;
     bool                         loaded;
-    bool                         broken;      /* a gap since the product settled */
-    uint8_t                      next;        /* where the next mass goes */
-    uint8_t                      held;        /* masses in the ring */
+    bool                         broken;      /* a gap or an interrupt since it entered */
+    uint8_t                      pending;     /* steps to go until the verdict */
+    uint8_t                      held;        /* masses of the product on the platform */
     uint8_t                      class_at;    /* of the last product weighed */
-    uint8_t                      samples;     /* in its stretch */
+    uint8_t                      samples;     /* in the stretch of the last that left */
     uint16_t                     unweighed;   /* products, stops at 65535 */
     uint32_t                     last_us;     /* of the last sample */
     uint32_t                     entered_us;  /* of the product on the platform, or the last */
     uint32_t                     left_us;     /* of the last product */
     uint32_t                     interval_us; /* mean from end to end of products, 1/8 each */
     int32_t                      mass_mg;     /* of the last product weighed */
-    uint32_t                     weighed;     /* products */
+    int32_t                      base_mg;     /* first mass held */
     uint32_t                     counts[CHECKWEIGHER_CLASSES_MAX]; /* products of each class */
-    int32_t  ring_mg[CHECKWEIGHER_SAMPLES_MAX];    /* masses since the product settled */
-    uint16_t ring_256us[CHECKWEIGHER_SAMPLES_MAX]; /* when they came */
+    union {                                                        /* one after the other */
+        int16_t             off[CHECKWEIGHER_SAMPLES_MAX]; /* masses from base_mg, in units */
+        checkweigher_sums_t sums;                          /* of those, once it has left */
+    };
 } checkweigher_t;
 
 /* Begin with all counts zero; false and nothing changed where the configuration is unlawful. */
 bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t *config);
 
-/* Take one mass, as scale gives it. */
+/* Take one mass, as the calibration's curve gives it: of a converter's sample that no filter has
+ * seen, for every filter here is too slow. */
 checkweigher_event_t checkweigher_update(checkweigher_t *checkweigher, int32_t mass_mg,
                                          uint32_t device_us);
+
+/* What lies on the platform cannot be weighed any more: samples were lost or are not to be trusted.
+ * Without a product there, nothing. */
+void checkweigher_interrupt(checkweigher_t *checkweigher);
+
+/* Products weighed, of all classes. */
+uint32_t checkweigher_weighed(const checkweigher_t *checkweigher);
 
 /* Products a minute, Q8, by interval_us; 0 before the second product, at most 65535. */
 uint16_t checkweigher_per_minute_q8(const checkweigher_t *checkweigher);

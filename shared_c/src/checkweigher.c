@@ -1,17 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 #include "checkweigher.h"
 
+#include "checkweigher_tone.h"
 #include "fixed.h"
-#include "port_wide.h"
 #include "scale_wide.h"
 
+#include <string.h>
+
 #define MASS_MG            1073741824L /* 2^30 */
-#define SPREAD_MG          4194304L    /* 2^22: weights of 272 in all keep the sum below 2^31 */
 #define MINUTE_US_OVER_256 234375UL    /* so that the ratio in Q32 is products a minute in Q24 */
 
-enum { SAMPLES_MAX = CHECKWEIGHER_SAMPLES_MAX, INTERVAL_SHIFT = 3 };
-
-_Static_assert((SAMPLES_MAX & (SAMPLES_MAX - 1)) == 0, "the ring's places wrap by a mask");
+enum {
+    SAMPLES_MAX    = CHECKWEIGHER_SAMPLES_MAX,
+    INTERVAL_SHIFT = 3,
+    SMOOTHING      = 4, /* so many fewer are left */
+    STEPS          = 2  /* summing and solving, a sample each */
+};
 
 static bool times_hold(const checkweigher_config_t *config)
 {
@@ -21,17 +25,23 @@ static bool times_hold(const checkweigher_config_t *config)
            config->gap_us <= CHECKWEIGHER_GAP_MAX_US;
 }
 
-static bool is_lawful(const checkweigher_config_t *config)
+static bool limits_rise(const checkweigher_config_t *config)
 {
+    int32_t last = -MASS_MG - 1;
+
     if (config->classes < 1U || config->classes > CHECKWEIGHER_CLASSES_MAX) { return false; }
     for (uint8_t at = 0U; at + 1U < config->classes; ++at) {
-        const int32_t limit = config->limit_mg[at];
-        if (limit < -MASS_MG || limit > MASS_MG) { return false; }
-        if (at != 0U && limit <= config->limit_mg[at - 1U]) { return false; }
+        if (config->limit_mg[at] <= last) { return false; }
+        last = config->limit_mg[at];
     }
-    return config->leave_mg > 0 && config->leave_mg < config->enter_mg &&
-           config->enter_mg <= MASS_MG && config->samples_min >= 1U &&
-           config->samples_min <= SAMPLES_MAX && times_hold(config);
+    return last <= MASS_MG;
+}
+
+static bool is_lawful(const checkweigher_config_t *config)
+{
+    return limits_rise(config) && config->leave_mg > 0 && config->leave_mg < config->enter_mg &&
+           config->enter_mg <= MASS_MG && times_hold(config) &&
+           config->samples_min >= CHECKWEIGHER_SAMPLES_MIN && config->samples_min <= SAMPLES_MAX;
 }
 
 bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t *config)
@@ -42,68 +52,42 @@ bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t
     return true;
 }
 
-static void hold(checkweigher_t *checkweigher, int32_t mass_mg, uint32_t device_us)
+/* The stretch's unit: 2^this mg; base is below 2^15 of them. */
+static uint8_t unit_shift(int32_t base_mg)
 {
-    const uint8_t at = checkweigher->next;
+    uint8_t shift = 0U;
 
-    checkweigher->ring_mg[at]    = mass_mg;
-    checkweigher->ring_256us[at] = (uint16_t)(device_us >> 8);
-    checkweigher->next           = (uint8_t)((at + 1U) & (SAMPLES_MAX - 1U));
-    if (checkweigher->held != SAMPLES_MAX) { ++checkweigher->held; }
+    for (; base_mg >= 2L * CHECKWEIGHER_OFF_MAX; base_mg >>= 1) { ++shift; }
+    return shift; /* <= 16 */
 }
 
-/* How many masses are in the stretch, from the ring's oldest on. */
-static uint8_t stretch(const checkweigher_t *checkweigher, uint8_t oldest, uint32_t device_us)
+/* Keep one mass of the stretch, as so many units from its first. */
+static void hold(checkweigher_t *checkweigher, int32_t mass_mg)
 {
-    const uint16_t now  = (uint16_t)(device_us >> 8);
-    const uint16_t tail = (uint16_t)(checkweigher->config->tail_us >> 8); /* < 2^14 */
-    uint8_t        len  = 0U;
+    if (checkweigher->held == 0U) { checkweigher->base_mg = mass_mg; }
+    const int32_t base_mg = checkweigher->base_mg; /* both > 0 */
+    const uint8_t shift   = unit_shift(base_mg);
+    int32_t       off     = (mass_mg - base_mg + (int32_t)((1UL << shift) >> 1)) >> shift;
+    if (off > CHECKWEIGHER_OFF_MAX) { off = CHECKWEIGHER_OFF_MAX; }
+    if (off < -CHECKWEIGHER_OFF_MAX) { off = -CHECKWEIGHER_OFF_MAX; }
+    if (checkweigher->held == SAMPLES_MAX) {
+        --checkweigher->held;
+        memmove(&checkweigher->off[0], &checkweigher->off[1],
+                (SAMPLES_MAX - 1U) * sizeof checkweigher->off[0]);
+    }
+    checkweigher->off[checkweigher->held++] = (int16_t)off;
+}
 
-    while (len != checkweigher->held) {
-        const uint8_t at = (uint8_t)((uint8_t)(oldest + len) & (SAMPLES_MAX - 1U));
-        if ((uint16_t)(now - checkweigher->ring_256us[at]) < tail) { break; }
-        ++len;
+/* How many masses are old enough at the end. They came evenly: there was no gap. */
+static uint8_t stretch(const checkweigher_t *checkweigher, uint32_t elapsed_us)
+{
+    uint8_t len = checkweigher->held;
+
+    for (uint32_t age_us = elapsed_us; len != 0U && age_us < checkweigher->config->tail_us;
+         age_us += elapsed_us) {
+        --len; /* an age is below 2^22 + GAP_MAX_US */
     }
     return len;
-}
-
-/* Put one difference more into the running sum; false where it is too far off. */
-static bool gather(const checkweigher_t *checkweigher, uint8_t at, int32_t base, int32_t *running)
-{
-    const int32_t off = checkweigher->ring_mg[at & (SAMPLES_MAX - 1U)] - base; /* both > 0 */
-
-    if (off < -SPREAD_MG || off > SPREAD_MG) { return false; }
-    *running += off;
-    return true;
-}
-
-/* The weighted mean of len masses from `oldest` on; false where one is too far off. */
-static bool weigh(checkweigher_t *checkweigher, uint8_t oldest, uint8_t len)
-{
-    const int32_t base    = checkweigher->ring_mg[oldest];
-    const uint8_t half    = (uint8_t)((uint8_t)(len + 1U) >> 1);
-    int32_t       sum     = 0; /* |.| <= 272 * 2^22 < 2^31 */
-    int32_t       running = 0; /* |.| <= 2^26 */
-    uint16_t      weights = 0U;
-
-    /* Sums of sums: what comes i places before the end of a half counts i times. */
-    for (uint8_t at = half; at != 0U; --at) {
-        if (!gather(checkweigher, (uint8_t)(oldest + at - 1), base, &running)) { return false; }
-        sum += running;
-        weights = (uint16_t)(weights + at);
-    }
-    running = 0;
-    for (uint8_t at = half; at != len; ++at) {
-        if (!gather(checkweigher, (uint8_t)(oldest + at), base, &running)) { return false; }
-        sum += running;
-        weights = (uint16_t)(weights + len - at);
-    }
-    const uint32_t size   = sum < 0 ? 0U - (uint32_t)sum : (uint32_t)sum;
-    const uint32_t share  = weights == 1U ? 0U : scale_wide_ratio(1U, weights); /* 1: sum is 0 */
-    const int32_t  off    = (int32_t)port_wide_high(size, share);
-    checkweigher->mass_mg = sum < 0 ? base - off : base + off;
-    checkweigher->samples = len;
-    return true;
 }
 
 static void judge(checkweigher_t *checkweigher)
@@ -114,7 +98,16 @@ static void judge(checkweigher_t *checkweigher)
     while (at + 1U != config->classes && checkweigher->mass_mg >= config->limit_mg[at]) { ++at; }
     checkweigher->class_at = at;
     ++checkweigher->counts[at];
-    ++checkweigher->weighed;
+}
+
+uint32_t checkweigher_weighed(const checkweigher_t *checkweigher)
+{
+    uint32_t weighed = 0U;
+
+    for (uint8_t at = 0U; at != CHECKWEIGHER_CLASSES_MAX; ++at) {
+        weighed += checkweigher->counts[at];
+    }
+    return weighed;
 }
 
 /* The pace, from the end of one product to the end of the next. */
@@ -122,7 +115,7 @@ static void pace(checkweigher_t *checkweigher, uint32_t device_us)
 {
     const uint32_t elapsed_us = device_us - checkweigher->left_us;
     const uint32_t mean_us    = checkweigher->interval_us;
-    const bool     first      = checkweigher->weighed == 0U && checkweigher->unweighed == 0U;
+    const bool first = checkweigher->unweighed == 0U && checkweigher_weighed(checkweigher) == 0U;
 
     checkweigher->left_us = device_us;
     if (first) { return; }
@@ -134,21 +127,42 @@ static void pace(checkweigher_t *checkweigher, uint32_t device_us)
     }
 }
 
-static checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t device_us)
+static checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t device_us,
+                                   uint32_t elapsed_us)
 {
-    const uint8_t oldest = (uint8_t)((uint8_t)(checkweigher->next - checkweigher->held) &
-                                     (SAMPLES_MAX - 1U));
-    const uint8_t len    = stretch(checkweigher, oldest, device_us);
+    const uint8_t len = stretch(checkweigher, elapsed_us);
 
-    checkweigher->loaded = false;
+    checkweigher->loaded  = false;
+    checkweigher->samples = len;
     pace(checkweigher, device_us);
     if (checkweigher->broken || len < checkweigher->config->samples_min ||
-        !weigh(checkweigher, oldest, len)) {
+        !checkweigher_tone_smooth(checkweigher->off, len)) {
         fixed_count(&checkweigher->unweighed);
         return CHECKWEIGHER_UNWEIGHED;
     }
+    checkweigher->pending = STEPS;
+    return CHECKWEIGHER_EMPTY;
+}
+
+/* One step towards the verdict; true with the last. */
+static bool conclude(checkweigher_t *checkweigher)
+{
+    const uint8_t len = checkweigher->samples;
+
+    if (--checkweigher->pending != 0U) {
+        checkweigher_tone_sum(&checkweigher->sums, checkweigher->off, (uint8_t)(len - SMOOTHING));
+        return false;
+    }
+    const uint8_t shift = unit_shift(checkweigher->base_mg);
+    int32_t       off   = checkweigher_tone_solve(&checkweigher->sums); /* Q8, |.| <= 2^22 */
+    if (shift < 8U) {
+        off = (off + (128 >> shift)) >> (8U - shift);
+    } else {
+        off *= 1L << (shift - 8U);
+    }
+    checkweigher->mass_mg = checkweigher->base_mg + off;
     judge(checkweigher);
-    return CHECKWEIGHER_VERDICT;
+    return true;
 }
 
 checkweigher_event_t checkweigher_update(checkweigher_t *checkweigher, int32_t mass_mg,
@@ -156,24 +170,34 @@ checkweigher_event_t checkweigher_update(checkweigher_t *checkweigher, int32_t m
 {
     const checkweigher_config_t *config     = checkweigher->config;
     const uint32_t               elapsed_us = device_us - checkweigher->last_us;
+    const bool                   concluded  = checkweigher->pending != 0U && conclude(checkweigher);
+    const checkweigher_event_t   verdict    = CHECKWEIGHER_VERDICT;
 
     checkweigher->last_us = device_us;
     if (mass_mg > MASS_MG) { mass_mg = MASS_MG; }
-    if (mass_mg < -MASS_MG) { mass_mg = -MASS_MG; }
     if (!checkweigher->loaded) {
-        if (mass_mg < config->enter_mg) { return CHECKWEIGHER_EMPTY; }
+        if (mass_mg < config->enter_mg) { return concluded ? verdict : CHECKWEIGHER_EMPTY; }
         checkweigher->loaded     = true;
         checkweigher->broken     = false;
         checkweigher->held       = 0U;
         checkweigher->entered_us = device_us;
     } else {
         if (elapsed_us > config->gap_us) { checkweigher->broken = true; }
-        if (mass_mg < config->leave_mg) { return finish(checkweigher, device_us); }
+        if (mass_mg < config->leave_mg) { /* two answers do not go into one: it leaves later */
+            return concluded ? verdict : finish(checkweigher, device_us, elapsed_us);
+        }
     }
-    if (checkweigher->held != 0U || device_us - checkweigher->entered_us >= config->settle_us) {
-        hold(checkweigher, mass_mg, device_us);
+    /* until then the former's masses are in use */
+    if (checkweigher->pending == 0U &&
+        (checkweigher->held != 0U || device_us - checkweigher->entered_us >= config->settle_us)) {
+        hold(checkweigher, mass_mg);
     }
-    return CHECKWEIGHER_LOADED;
+    return concluded ? verdict : CHECKWEIGHER_LOADED;
+}
+
+void checkweigher_interrupt(checkweigher_t *checkweigher)
+{
+    checkweigher->broken = true; /* until the next one enters */
 }
 
 uint16_t checkweigher_per_minute_q8(const checkweigher_t *checkweigher)

@@ -16,11 +16,11 @@ USUAL = {
     "limit_mg": [240_000, 260_000, 600_000, 0, 0, 0, 0],
     "enter_mg": 50_000,
     "leave_mg": 30_000,
-    "settle_us": 60_000,
+    "settle_us": 65_000,
     "tail_us": 60_000,
-    "gap_us": 50_000,
+    "gap_us": 20_000,
     "classes": 4,
-    "samples_min": 5,
+    "samples_min": 12,
 }
 CORNERS = {
     "limit_mg": [-(1 << 30), -1, 0, 1, 1_000_000, 2_000_000, 1 << 30],
@@ -30,7 +30,7 @@ CORNERS = {
     "tail_us": 0,
     "gap_us": 500_000,
     "classes": 8,
-    "samples_min": 1,
+    "samples_min": 12,
 }
 Row = tuple[int, int]
 
@@ -53,14 +53,25 @@ def belt(rng: random.Random, products: int, *, gap_s: float = 0.2, noise_mg: int
     return rows
 
 
-def _wander(rng: random.Random, count: int) -> list[Row]:
-    rows, us = [], 0
-    for _ in range(count):
-        us = (us + rng.choice((1, PERIOD_US, 499_000, 500_001))) % (1 << 32)
-        far = rng.choice(
-            (0, 1, 2, 1000, 1_500_000, 4_194_304, 4_194_306, (1 << 31) - 1, -(1 << 31))
-        )
-        rows.append((far, us))
+def _wander(rng: random.Random, products: int) -> list[Row]:
+    """Products of any size, ringing or not, quiet or wild, long and short, with gaps at their end.
+
+    Some come on the heels of the one before, so that a verdict and an entry fall together.
+    """
+    rows: list[Row] = []
+    us = 0
+    for _ in range(products):
+        weight = rng.choice((2, 3, 1000, 70_000, 4_194_304, 1 << 29, 1 << 30))
+        swing = rng.choice((0.0, 0.001, 0.2, 0.6)) * weight
+        tone, fade = rng.uniform(0.02, 3.1), rng.choice((0.0, 0.05, 0.3))
+        for n in range(rng.choice((1, 2, 11, 12, 14, 32, 40))):
+            us = (us + rng.choice((PERIOD_US, PERIOD_US, 499_000, 500_000))) % (1 << 32)
+            mass = weight + swing * math.exp(-fade * n) * math.cos(tone * n + 1.0)
+            far = rng.random() < 0.002
+            rows.append(((1 << 31) - 1 if far else round(mass), us))
+        for _ in range(rng.choice((1, 1, 2, 3))):
+            us = (us + rng.choice((PERIOD_US, PERIOD_US, PERIOD_US, 500_001))) % (1 << 32)
+            rows.append((rng.choice((0, 0, -(1 << 31))), us))
     return rows
 
 
@@ -68,11 +79,17 @@ def _cases() -> Iterator[tuple[str, str, dict, list[Row]]]:
     rng = random.Random(SEED + 40)
     yield "belt", "products of random weight, one verdict each", USUAL, belt(rng, 24)
     short = USUAL | {"samples_min": 14}
-    spoilt = [row for row in belt(rng, 12) if rng.random() < 0.9]
-    yield "unweighed", "gaps and stays too short", short | {"gap_us": 26_000}, spoilt
+    spoilt = [row for row in belt(rng, 12) if rng.random() < 0.985]
+    yield "unweighed", "gaps and stays too short", short, spoilt
     lying = [(500_000 + (n * 37) % 91, n * PERIOD_US) for n in range(1, 120)]
-    yield "lying", "a product that stays: the last 32 masses", USUAL, [*lying, (0, 120 * PERIOD_US)]
-    yield "corners", "bounds of the configuration and of masses", CORNERS, _wander(rng, 300)
+    ends = [(0, (120 + n) * PERIOD_US) for n in range(3)]
+    yield "lying", "a product that stays: the last 32 masses", USUAL, [*lying, *ends]
+    yield (
+        "corners",
+        "bounds of the configuration, of masses and of tones",
+        CORNERS,
+        _wander(rng, 60),
+    )
 
 
 def drafts() -> Iterator[Draft]:

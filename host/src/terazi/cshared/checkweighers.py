@@ -38,7 +38,7 @@ class Checkweigher(CState):
             raise ValueError(f"configuration is beyond checkweigher.h: {dict(config)}")
 
     def __getattr__(self, field: str):
-        """Fields of checkweigher_t: mass_mg, class_at, weighed, unweighed, entered_us ..."""
+        """Fields of checkweigher_t: mass_mg, class_at, unweighed, entered_us ..."""
         if field.startswith("_"):
             raise AttributeError(field)
         return getattr(self._c, field)
@@ -49,12 +49,21 @@ class Checkweigher(CState):
         return list(self._c.counts)[: self._config.classes]
 
     @property
+    def weighed(self) -> int:
+        """Products of all classes."""
+        return lib.checkweigher_weighed(self._c)
+
+    @property
     def per_minute_q8(self) -> int:
         return lib.checkweigher_per_minute_q8(self._c)
 
     def update(self, mass_mg: int, device_us: int) -> CheckweigherEvent:
         """Take one mass."""
         return CheckweigherEvent(lib.checkweigher_update(self._c, mass_mg, device_us))
+
+    def interrupt(self) -> None:
+        """What lies on the platform cannot be weighed any more."""
+        lib.checkweigher_interrupt(self._c)
 
     def block(self, mass_mg, device_us) -> tuple[np.ndarray, np.ndarray]:
         """Take (n,) masses with their times; gives events, and the last weight after each."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MASS_BUDGET_MG = 1.0  # shared_c/notes/checkweigher.md
 SAMPLES_MAX = 32
-SPREAD_MG = 2.0**22
-AGE_STEP_S = 256e-6
+TAPS = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
+TONE_MAX = 16.0  # 1/g and |b|/g of a tone that is one
+GAIN = 20.0  # of the weight by its smoothed masses, sum of magnitudes: notes/checkweigher.md
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,38 @@ class Product:
     samples: int
 
 
+def weight_mg(masses) -> float:
+    """The constant under one damped tone, of evenly spaced (n,) float64 masses.
+
+    v = -g (x - weight) - b d of the smoothed x, its second difference v and its first d over two
+    samples: least squares for g, b and the weight. Where 1/g or b/g is no tone's, the mean.
+    """
+    smooth = np.convolve(np.asarray(masses, dtype=np.float64), TAPS, "valid")
+    middle = smooth[1:-1]
+    second = smooth[2:] - 2 * middle + smooth[:-2]
+    first = smooth[2:] - smooth[:-2]
+    moment = np.cov(np.stack([middle, second, first]), bias=True)
+    det = moment[0, 0] * moment[2, 2] - moment[0, 2] ** 2
+    g = moment[1, 2] * moment[0, 2] - moment[0, 1] * moment[2, 2]
+    b = moment[0, 1] * moment[0, 2] - moment[1, 2] * moment[0, 0]
+    found = middle.mean()
+    if g > 0 and det < TONE_MAX * g and abs(b) < TONE_MAX * g:
+        found += (second.mean() * det + first.mean() * b) / g
+    return float(np.clip(found, smooth.min(), smooth.max()))
+
+
+def budget_mg(masses, base_mg: float) -> float:
+    """How far checkweigher.c may be from `weight_mg` (shared_c/notes/checkweigher.md)."""
+    unit_mg = 2.0 ** max(0, int(base_mg).bit_length() - 15)
+    spread_mg = np.ptp(np.convolve(np.asarray(masses, dtype=np.float64), TAPS, "valid"))
+    step_mg = max(unit_mg, spread_mg / 2**11)
+    return GAIN * (unit_mg + step_mg) / 2 + 1.0
+
+
 def checkweigher(mass_mg, time_s, config: Mapping) -> list[Product]:
     """Products that pass in (n,) float64 masses at (n,) rising times.
 
-    config : fields of checkweigher_config_t.
-    The C rounds ages to 256 us and the mean to 1 mg: where no sample is nearer than AGE_STEP_S to
-    the tail's begin, masses agree within MASS_BUDGET_MG.
+    config : fields of checkweigher_config_t. The samples of a stretch are taken as evenly spaced.
     """
     limits = np.array(config["limit_mg"][: config["classes"] - 1])
     settle_s, tail_s, gap_s = (config[f"{name}_us"] * 1e-6 for name in ("settle", "tail", "gap"))
@@ -45,17 +71,15 @@ def checkweigher(mass_mg, time_s, config: Mapping) -> list[Product]:
         if len(below) == 0:
             break
         end = at + below[0]
-        on = slice(at, end)
-        settled = np.flatnonzero(times[on] - times[at] >= settle_s - 1e-9)[-SAMPLES_MAX:] + at
-        stretch = settled[times[end] - times[settled] >= tail_s - 1e-9]
+        held = np.flatnonzero(times[at:end] - times[at] >= settle_s - 1e-9)[-SAMPLES_MAX:] + at
+        last_s = times[end] - times[end - 1]
+        young = sum(last_s * (k + 1) < tail_s - 1e-9 for k in range(len(held)))
+        stretch = masses[held[: len(held) - young]]
         whole = np.diff(times[at : end + 1]).max() <= gap_s + 1e-9
-        weight = None
+        weight = class_at = None
         if whole and len(stretch) >= config["samples_min"]:
-            rising = np.arange(1, len(stretch) + 1)
-            if np.ptp(np.append(masses[stretch] - masses[stretch[0]], 0)) <= SPREAD_MG:
-                weights = np.minimum(rising, rising[::-1])
-                weight = float(weights @ masses[stretch] / weights.sum())
-        class_at = None if weight is None else int(np.searchsorted(limits, weight, side="right"))
+            weight = weight_mg(stretch)
+            class_at = int(np.searchsorted(limits, weight, side="right"))
         products.append(Product(times[at], times[end], weight, class_at, len(stretch)))
         at = end + 1
     return products
