@@ -14,6 +14,7 @@ import signal
 import sys
 
 EXIT_USAGE = 2
+USUAL_DEGC = 25.0
 
 
 def _parser():
@@ -53,6 +54,15 @@ def _parser():
         "--faults-by-word",
         action="store_true",
         help="misbehave as lines of standard input say: cable_out, then clear",
+    )
+    parser.add_argument(
+        "--imu", choices=("none", "mpu6050"), default="none", help="what is on the two-wire bus"
+    )
+    parser.add_argument(
+        "--temperature",
+        type=float,
+        metavar="DEGC",
+        help="of the IMU; else temperature_c of FILE.npz, else 25",
     )
     parser.add_argument("--truth", metavar="CSV", help="write t_s, load_g, counts of conversions")
     parser.add_argument("--vcd", metavar="FILE", help="record SCK, DOUT, TX and RX")
@@ -112,7 +122,16 @@ def _make_uno(options, scenario):
         for address, data in read_hex(options.flash_image):
             uno.load_flash(address, data)
     uno.load(grams=scenario.load_g)
+    if options.imu != "none":
+        uno.imu.fit()
+        uno.imu.feel(temperature_c=_temperature(options, scenario))
     return uno
+
+
+def _temperature(options, scenario):
+    if options.temperature is not None:
+        return options.temperature
+    return USUAL_DEGC if scenario.temperature_c is None else scenario.temperature_c
 
 
 def _serve(options, stack):
@@ -171,6 +190,8 @@ def main(arguments=None):
         parser.error("nothing to run: give --elf, --boot or --flash-image")
     if options.speed < 0 or (options.seconds is not None and options.seconds <= 0):
         parser.error("--speed must not be negative and --seconds must be positive")
+    if options.temperature is not None and options.imu == "none":
+        parser.error("--temperature needs a part that feels it: --imu mpu6050")
     try:
         with contextlib.ExitStack() as stack:
             _serve(options, stack)

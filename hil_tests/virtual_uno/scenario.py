@@ -15,20 +15,24 @@ class ScenarioError(ValueError):
 
 
 class Scenario:
-    """``load_g(t_s)`` is what the cell feels, ``truth_g(t_s)`` what a perfect scale would say."""
+    """``load_g(t_s)`` is what the cell feels, ``truth_g(t_s)`` what a perfect scale would say.
 
-    def __init__(self, load_g, truth_g=None):
+    ``temperature_c(t_s)`` is what an IMU's thermometer feels, or None.
+    """
+
+    def __init__(self, load_g, truth_g=None, temperature_c=None):
         self.load_g = as_function(load_g)
         self.truth_g = self.load_g if truth_g is None else as_function(truth_g)
+        self.temperature_c = None if temperature_c is None else as_function(temperature_c)
 
 
 def read_scenario(spec):
     """From ``FILE.npz``, ``module:function`` or a number of grams.
 
     An npz holds ``load_g`` and ``rate_hz``, or ``load_g`` and ``t_s`` (seconds, rising), and may
-    hold ``truth_g`` of the same length: the load without vibration. A function takes seconds
-    since reset, as an array or a number, and gives grams; it may bear the same truth as an
-    attribute ``truth_g``.
+    hold ``truth_g`` of the same length, the load without vibration, and ``temperature_c``. A
+    function takes seconds since reset, as an array or a number, and gives grams; it may bear both
+    as attributes of these names.
     """
     try:
         return Scenario(float(spec))
@@ -47,7 +51,10 @@ def read_scenario(spec):
         raise ScenarioError(f"scenario {spec!r}: {error}") from error
     if not callable(function):
         raise ScenarioError(f"scenario {spec!r} is no function")
-    return Scenario(function, getattr(function, "truth_g", None))
+    truth_g, temperature_c = (
+        getattr(function, name, None) for name in ("truth_g", "temperature_c")
+    )
+    return Scenario(function, truth_g, temperature_c)
 
 
 def _from_npz(path):
@@ -63,8 +70,14 @@ def _from_npz(path):
     if at_s is None:
         at_s = np.arange(len(load_g)) / float(held["rate_hz"])
     truth_g = held.get("truth_g", load_g)
-    if load_g.ndim != 1 or not load_g.size or not load_g.shape == at_s.shape == truth_g.shape:
-        raise ScenarioError(f"scenario {path}: load_g, t_s and truth_g differ in length")
+    warm_c = held.get("temperature_c")
+    series = [at_s, truth_g] + ([] if warm_c is None else [warm_c])
+    if load_g.ndim != 1 or not load_g.size or any(each.shape != load_g.shape for each in series):
+        raise ScenarioError(
+            f"scenario {path}: load_g, t_s, truth_g and temperature_c differ in length"
+        )
     return Scenario(
-        lambda t_s: np.interp(t_s, at_s, load_g), lambda t_s: np.interp(t_s, at_s, truth_g)
+        lambda t_s: np.interp(t_s, at_s, load_g),
+        lambda t_s: np.interp(t_s, at_s, truth_g),
+        None if warm_c is None else lambda t_s: np.interp(t_s, at_s, warm_c),
     )

@@ -218,11 +218,13 @@ def test_scenario_from_npz(board, tmp_path):
         ("heavy", "neither FILE.npz, module:function nor grams"),
         ("short.npz", "it needs load_g"),
         ("uneven.npz", "differ in length"),
+        ("chilly.npz", "differ in length"),
     ],
 )
 def test_bad_scenarios_are_refused_in_one_line(board, tmp_path, scenario, complaint):
     np.savez(tmp_path / "short.npz", load=[1])
     np.savez(tmp_path / "uneven.npz", load_g=[1, 2], t_s=[0])
+    np.savez(tmp_path / "chilly.npz", load_g=[1, 2], rate_hz=1, temperature_c=[0])
     code, said = board("--scenario", scenario).done()
     assert code == 2
     assert said.startswith("virtual Uno: ")
@@ -230,7 +232,30 @@ def test_bad_scenarios_are_refused_in_one_line(board, tmp_path, scenario, compla
     assert said.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("options", "degrees"),
+    [
+        (["--imu", "mpu6050"], 25.0),
+        (["--imu", "mpu6050", "--temperature", "31.5"], 31.5),
+        (["--imu", "mpu6050", "--scenario", "warm.npz"], 12.0),
+        (["--imu", "mpu6050", "--scenario", "warm.npz", "--temperature", "-5"], -5.0),
+        (["--scenario", "warm.npz"], None),
+    ],
+)
+def test_an_imu_feels_the_temperature_asked_for(board, tmp_path, options, degrees):
+    np.savez(tmp_path / "warm.npz", load_g=[0, 0], rate_hz=1, temperature_c=[12.0, 12.0])
+    running = board(*options, program="warmth.c")
+    with opened(running.path) as port:
+        port.readline()  # perhaps cut
+        said = port.readline().decode().strip()
+    running.stop()
+    assert said == "none" if degrees is None else abs(int(said) / 340 + 36.53 - degrees) < 0.002
+
+
 def test_bad_options_are_refused(board, tmp_path):
+    code, said = board("--temperature", "20").done()
+    assert code == 2
+    assert "--imu mpu6050" in said
     code, said = board(program=None).done()
     assert code == 2
     assert "nothing to run" in said
