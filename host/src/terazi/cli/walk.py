@@ -40,6 +40,7 @@ class Detector(StrEnum):
     moving_variance = "moving_variance"
     magnitude = "magnitude"
     low_pass = "low_pass"
+    learnt = "learnt"
 
 
 class Navigator(StrEnum):
@@ -58,8 +59,17 @@ ThresholdOption = Annotated[
     float | None,
     typer.Option(
         help="Motion below which the foot stands, in the detector's unit: g for low_pass, m/s² for "
-        "moving_variance and magnitude, rad/s for the others (adaptive_shoe: the lowest one).",
+        "moving_variance and magnitude, a doubt of 0..1 for learnt, rad/s for the others "
+        "(adaptive_shoe: the lowest one).",
         min=0,
+        show_default=False,
+    ),
+]
+WeightsOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Weights of the learnt detector, as `terazi walk train` writes them; without it, "
+        "those of the 8-cell GRU that is shipped.",
         show_default=False,
     ),
 ]
@@ -82,7 +92,7 @@ RateOption = Annotated[
 
 @walk.callback()
 def _group() -> None:
-    """Two verbs: show, which may be left out, and score."""
+    """show may be left out: terazi walk FILE."""
 
 
 @walk.command()
@@ -94,6 +104,7 @@ def show(
     navigator: NavigatorOption = Navigator.kalman,
     causal: CausalOption = False,
     threshold: ThresholdOption = None,
+    weights: WeightsOption = None,
     eliminate_drift: EliminateOption = False,
     layout: LayoutOption = None,
     rate: RateOption = None,
@@ -115,7 +126,7 @@ def show(
     from terazi.applications.walks import files
 
     record = walks.load_walk(file, layout=layout, rate_hz=rate)
-    options = _options(detector, navigator, causal, threshold, eliminate_drift)
+    options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
     with _progress() as bar:
         task = bar.add_task(record.name, total=1.0)
         result = walks.estimate(
@@ -149,6 +160,7 @@ def score(
     navigator: NavigatorOption = Navigator.kalman,
     causal: CausalOption = False,
     threshold: ThresholdOption = None,
+    weights: WeightsOption = None,
     eliminate_drift: EliminateOption = False,
     layout: LayoutOption = None,
     rate: RateOption = None,
@@ -166,7 +178,7 @@ def score(
     from terazi.applications import walks
 
     paths = walks.find_walks(folder)
-    options = _options(detector, navigator, causal, threshold, eliminate_drift)
+    options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
     records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
     with _progress() as bar:
         task = bar.add_task("walks", total=len(records))
@@ -184,7 +196,93 @@ def score(
         _show(result, options)
 
 
-def _options(detector, navigator, causal: bool, threshold: float | None, eliminate_drift: bool):
+class Net(StrEnum):
+    """What is trained."""
+
+    gru8 = "gru8"
+    lstm = "lstm"
+
+
+@walk.command()
+def train(
+    folder: Annotated[
+        Path,
+        typer.Argument(help="Folder of walks with labels or a known path.", show_default=False),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="The .npz to write.", show_default=False)
+    ],
+    net: Annotated[Net, typer.Option(help="gru8: 297 numbers. lstm: the thesis's.")] = Net.gru8,
+    epochs: Annotated[int | None, typer.Option(help="Rounds.", min=1, show_default=False)] = None,
+    seed: Annotated[int, typer.Option(help="Of weights, order and noise.", min=0)] = 1,
+) -> None:
+    """Train a detector of zero velocity. Needs PyTorch, the extra [train]; nothing else does.
+
+    Labels are the records' own, or chosen by the path; each window is turned at random, scaled
+    and made noisy. The same seed gives the same weights on the same machine.
+
+    [dim]Examples:[/]  terazi walk train vicon/ -o gru8.npz
+    terazi walk train vicon/ -o lstm.npz --net lstm --epochs 60
+    """
+    from dataclasses import replace
+
+    from terazi.applications import walks
+    from terazi.applications.walks import networks, training
+
+    asked = replace(training.KINDS[net.value], seed=seed)
+    if epochs is not None:
+        asked = replace(asked, epochs=epochs)
+    records = [walks.load_walk(path) for path in walks.find_walks(folder)]
+    with _progress() as bar:
+        task = bar.add_task("training", total=1.0)
+        network = training.train(
+            records,
+            asked,
+            progress=lambda share, loss: bar.update(
+                task, completed=share, description=f"loss {loss:.3f}"
+            ),
+        )
+    networks.save_network(output, network)
+    out.print(f"written {output}, {network.parameters} numbers", soft_wrap=True)
+
+
+@walk.command()
+def tables(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            help="Folder of x-io's records with stairsAndCorridor*.csv, for the article's own.",
+            show_default=False,
+        ),
+    ] = None,
+    weights: WeightsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Reproduce the tables of the two documents, on simulated walks whose truth is exact.
+
+    The article's: a corridor of 26 m with stairs, X error and Y drift with and without drift
+    elimination. The thesis's: squares, circles, stairs, a standard detector against a learnt one.
+
+    [dim]Examples:[/]  terazi walk tables
+    terazi walk tables xio_2011/ --json
+    """
+    from terazi.applications.walks import tables as of
+
+    with errors.status("walking ..."):
+        found = of.tables(folder, weights)
+    if as_json:
+        print(json.dumps({one.name: one.plain() for one in found}))
+        return
+    for one in found:
+        table = Table(*one.headings, title=one.title)
+        for row in one.rows:
+            table.add_row(*(each if isinstance(each, str) else f"{each:.3f}" for each in row))
+        out.print(table)
+        for note in one.notes:
+            out.print(f"- {note}", soft_wrap=True)
+
+
+def _options(detector, navigator, causal, threshold, weights, eliminate_drift):
     from terazi.applications import walks
 
     return walks.Options(
@@ -192,6 +290,7 @@ def _options(detector, navigator, causal: bool, threshold: float | None, elimina
         navigator=navigator.value,
         causal=causal,
         threshold=threshold,
+        weights=weights,
         eliminate_drift=eliminate_drift,
     )
 

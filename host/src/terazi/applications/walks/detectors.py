@@ -7,6 +7,7 @@
     shoe              acceleration less gravity along its own mean, and angular rate, in one
                       mean square (Skog, Haendel, Nilsson, Rantakokko 2010)  rad/s
     adaptive_shoe     the same against a threshold that follows its own minimum near by
+    learnt            a small recurrent network's doubt, 1 - probability    of 1 (networks.py)
     low_pass          the acceleration's size, high-passed, rectified and low-passed (Butterworth)
                       g, as x-io's gait example and the article have it
 
@@ -22,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from terazi.applications.walks.butterworth import Butterworth
+from terazi.applications.walks.networks import Network
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.windows import moving_mean, moving_min, moving_variance, odd_length
 
@@ -77,8 +79,8 @@ SHOE_M_S2_PER_RAD_S = 11.0
 LOW_PASS_HZ = 5.0
 HIGH_PASS_HZ = 0.001
 
-ADAPTIVE_BATCH = AdaptiveShoe(0.025, 5.0, 1.28, 1.45, 0.11, 2.0)
-ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 34.0, 1.28, 1.48, 0.17, 1.8)
+ADAPTIVE_BATCH = AdaptiveShoe(0.025, 4.4, 1.29, 1.45, 0.111, 1.94)
+ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 34.0, 1.24, 1.40, 0.145, 1.83)
 
 
 def _fixed(walk: Walk, motion, settings: Fixed, unit: str, *, causal: bool) -> Detection:
@@ -135,6 +137,13 @@ def adaptive_shoe_detector(walk: Walk, settings: AdaptiveShoe, *, causal: bool) 
     threshold = np.clip(settings.more * least, settings.low_rad_s, settings.high_rad_s)
     ahead_s = 0.0 if causal else (settings.near_s + settings.window_s) / 2
     return Detection(motion, threshold, "rad/s", ahead_s)
+
+
+def learnt_detector(walk: Walk, network: Network, accept: float | None = None) -> Detection:
+    """A network's doubt: it is causal in any case."""
+    accept = network.accept if accept is None else accept
+    motion = 1 - network.probability(walk)
+    return Detection(motion, np.full(len(walk), 1 - accept), "of 1, doubt", 0.0)
 
 
 def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path as Weights
 
 from terazi.applications.walks import detectors as of
 from terazi.applications.walks.checks import check_standing, stride_note
 from terazi.applications.walks.complementary import ComplementarySettings, complementary
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.elimination import eliminate
-from terazi.applications.walks.navigator import KalmanSettings, Path, kalman
+from terazi.applications.walks.navigator import CAUSAL, RECORDED, KalmanSettings, Path, kalman
+from terazi.applications.walks.networks import SHIPPED, load_network
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.steps import Strides, find_strides
 from terazi.errors import UsageError
@@ -25,6 +27,8 @@ DETECTORS = {
     "low_pass": (of.low_pass_detector, of.LOW_PASS, of.LOW_PASS),
 }
 """Each with its settings for a recorded walk and for a causal run."""
+LEARNT = "learnt"
+ALL_DETECTORS = (*DETECTORS, LEARNT)
 NAVIGATORS = ("kalman", "complementary")
 
 
@@ -36,8 +40,9 @@ class Options:
     navigator: str = "kalman"
     causal: bool = False
     threshold: float | None = None  # another than the detector's own
+    weights: Weights | None = None  # of the learnt detector; None: those that are shipped
     eliminate_drift: bool = False  # heuristically; recorded walks only
-    kalman: KalmanSettings = field(default_factory=KalmanSettings)
+    kalman: KalmanSettings | None = None  # None: RECORDED or CAUSAL
     complementary: ComplementarySettings = field(default_factory=ComplementarySettings)
 
 
@@ -53,8 +58,12 @@ class Result:
 
 def detect(walk: Walk, options: Options) -> Detection:
     """When the foot stands still."""
+    if options.detector == LEARNT:
+        network = load_network(options.weights or SHIPPED)
+        accept = None if options.threshold is None else 1 - options.threshold
+        return of.learnt_detector(walk, network, accept)
     if options.detector not in DETECTORS:
-        raise ValueError(f"no detector {options.detector!r}; there are {', '.join(DETECTORS)}")
+        raise ValueError(f"no detector {options.detector!r}; there are {', '.join(ALL_DETECTORS)}")
     run, batch, causal = DETECTORS[options.detector]
     settings = causal if options.causal else batch
     if options.threshold is not None:
@@ -75,7 +84,8 @@ def estimate(
     detection = detect(walk, options)
     walk = check_standing(walk, detection.still)
     if options.navigator == "kalman":
-        path = kalman(walk, detection, options.kalman, causal=options.causal, progress=progress)
+        settings = options.kalman or (CAUSAL if options.causal else RECORDED)
+        path = kalman(walk, detection, settings, causal=options.causal, progress=progress)
     else:
         path = complementary(walk, detection, options.complementary, causal=options.causal)
     strides = find_strides(path, walk.rate_hz)

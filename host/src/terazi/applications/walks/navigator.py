@@ -29,28 +29,50 @@ class KalmanSettings:
     """Sigmas are of one sample at 200 Hz where they are of a measurement; of the state after a
     second where they are noises."""
 
-    vel_sigma_m_s: float = 0.06
-    vel_doubt: float = 3.0  # variance x (1 + vel_doubt x doubt)
-    rate_sigma_rad_s: float = 0.02  # in a standstill
-    stance_rate_sigma_rad_s: float = 0.0  # in every stance; 0: not used
+    vel_sigma_m_s: float = 0.066
+    vel_doubt: float = 3.9  # variance x (1 + vel_doubt x doubt)
+    rate_sigma_rad_s: float = 0.03  # in a standstill
+    stance_rate_sigma_rad_s: float = 0.7  # in every stance; 0: not used
     standstill_s: float = 0.45  # of quiet that make a stance a standstill
     standstill_rad_s: float = 0.02  # the rate's spread in it
-    level_sigma_m: float = 0.006
+    level_sigma_m: float = 0.018
     level_gate_m: float = 0.08  # 0: floors are not level
-    level_after_s: float = 0.05  # of a stance
+    level_after_s: float = 0.04  # of a stance
     gate_sigmas: float = 0.0  # innovations beyond count less; 0: never
-    attitude_noise_rad: float = 0.007
-    velocity_noise_m_s: float = 0.015
-    gyro_bias_noise_rad_s: float = 9e-6
-    acc_bias_noise_m_s2: float = 0.0024
+    attitude_noise_rad: float = 0.006
+    velocity_noise_m_s: float = 0.0114
+    gyro_bias_noise_rad_s: float = 6e-6
+    acc_bias_noise_m_s2: float = 0.004
     attitude_sigma_rad: float = 0.02
-    gyro_bias_sigma_rad_s: float = 0.0033
-    acc_bias_sigma_m_s2: float = 0.22
+    gyro_bias_sigma_rad_s: float = 0.004
+    acc_bias_sigma_m_s2: float = 0.17
     gyro_scale_sigma: float = 0.0  # any of these three: 24 states
     acc_scale_sigma: float = 0.0
     gravity_sigma_m_s2: float = 0.0
-    align_s: float = 0.2  # over which the first acceleration is averaged
+    gyro_delay_s: float = 0.0025  # by which its filter is slower than the accelerometer's
+    align_s: float = 0.35  # over which the first acceleration is averaged
     smooth_s: float = 0.5  # of the future, at least; 0: a filter
+
+
+RECORDED = KalmanSettings()
+CAUSAL = KalmanSettings(
+    vel_sigma_m_s=0.066,
+    vel_doubt=3.4,
+    rate_sigma_rad_s=0.036,
+    stance_rate_sigma_rad_s=0.5,
+    standstill_s=0.2,
+    standstill_rad_s=0.0083,
+    level_sigma_m=0.009,
+    level_after_s=0.05,
+    attitude_noise_rad=0.02,
+    velocity_noise_m_s=0.004,
+    gyro_bias_noise_rad_s=5.6e-5,
+    acc_bias_noise_m_s2=0.0014,
+    gyro_bias_sigma_rad_s=0.0031,
+    align_s=0.2,
+    smooth_s=0.0,
+)
+"""Chosen for the two modes apart; the README tells how."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +158,8 @@ def kalman(
     )
     smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
     rows, _biases = ins.run(
-        *(walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s, vel, rate, level),
+        *(walk.dt_s, walk.acc_at_gyro_b_m_s2(settings.gyro_delay_s), walk.gyro_b_rad_s),
+        *(vel, rate, level),
         smooth_len=smooth_len,
         progress=progress,
     )

@@ -65,10 +65,11 @@ class Mems:
     gyro_walk_rad_s: float = 2e-5  # gained in a second
     gyro_range_rad_s: float = np.radians(2000.0)
     acc_range_m_s2: float = 16 * 9.81
+    gyro_delay_s: float = 0.0025  # its filter's, behind the accelerometer
     impact_m_s2: float = 15.0  # where a foot comes down: 55 Hz, gone in 60 ms
 
 
-PERFECT = Mems(0, 0, 0, 0, 0, 0, 0, np.inf, np.inf, 0)
+PERFECT = Mems(0, 0, 0, 0, 0, 0, 0, np.inf, np.inf, 0, 0)
 
 
 def stand(seconds: float) -> list[Motion]:
@@ -157,18 +158,19 @@ def simulate(
     mount_wb : (4,) how the sensor sits on the foot; else at random, within half a radian.
     """
     rng = np.random.default_rng(seed)
-    pieces = list(pieces)
+    pieces = [piece for piece in pieces if piece.duration_s > 0]
     ends_s = np.cumsum([piece.duration_s for piece in pieces])
     count = int(ends_s[-1] * rate_hz)
     t_s = np.arange(1, count + 1) / rate_hz
     state = _motion(pieces, ends_s, t_s)
     middle = _motion(pieces, ends_s, t_s - 0.5 / rate_hz)
+    mems = mems or Mems()
+    late = _motion(pieces, ends_s, t_s - 0.5 / rate_hz - mems.gyro_delay_s)
     foot = _matrices(middle.angles)
     mount = _mount(rng) if mount_wb is None else _matrix_of(mount_wb)
     force_w = middle.acc_m_s2 + np.array([0.0, 0.0, GRAVITY_M_S2])
     force_f = np.einsum("nji,nj->ni", foot, force_w)
-    rate_f = _rates(middle.angles, middle.angle_rates)
-    mems = mems or Mems()
+    rate_f = _rates(late.angles, late.angle_rates)
     acc, gyro = _sensed(rng, mems, t_s, rate_hz, ends_s, pieces, force_f @ mount, rate_f @ mount)
     truth = Truth(np.arange(count), state.pos_m, from_start=True)
     return Walk(name, t_s - t_s[0], acc, gyro, truth, middle.still)

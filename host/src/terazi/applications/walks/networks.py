@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: MIT
+"""Learnt detectors: the forward pass of a small recurrent network in plain numpy, from an .npz.
+
+    gru8    one layer of 8 GRU cells on two inputs, | |a| - g | and |w|: 297 numbers
+    lstm    the thesis's: 6 layers of 80 LSTM cells on the six axes, softmax of two classes
+
+Inputs `magnitudes` are in octaves, a tenth of log2 above a floor, for a stance and a swing differ
+by decades and eight bits must hold both; `axes` are m/s^2 and rad/s by the scales of `train`.
+Equations and the order of gates are PyTorch's. Both see only the past.
+
+The .npz: kind, inputs, layers, rate_hz, accept, provenance; w_ih_k, w_hh_k, b_ih_k, b_hh_k of
+layer k; w_out, b_out.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from terazi.applications.walks.record import Walk
+from terazi.errors import CannotRead
+
+GRAVITY_M_S2 = 9.81
+ACC_FLOOR_M_S2, RATE_FLOOR_RAD_S, OCTAVES = 0.02, 0.01, 10.0
+AXES_SCALE = np.array([9.81] * 3 + [2.0] * 3)
+CHUNK, WARM_UP = (
+    400,
+    100,
+)  # an LSTM runs over many stretches at once, each warmed up by the one before
+GATES = {"gru": 3, "lstm": 4}
+SHIPPED = Path(__file__).parent / "gru8.npz"
+
+
+@dataclass(frozen=True)
+class Network:
+    """Weights, and what they are for."""
+
+    kind: str  # gru, lstm
+    inputs: str  # magnitudes, axes
+    rate_hz: float
+    accept: float  # probability of zero velocity above which the foot stands
+    layers: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], ...]
+    w_out: np.ndarray
+    b_out: np.ndarray
+    provenance: str = ""
+
+    @property
+    def parameters(self) -> int:
+        """How many numbers it is made of."""
+        return sum(each.size for layer in self.layers for each in layer) + (
+            self.w_out.size + self.b_out.size
+        )
+
+    def probability(self, walk: Walk) -> np.ndarray:
+        """(n,) of zero velocity, each sample knowing the past alone."""
+        values = features(walk, self.inputs, self.rate_hz)
+        run = _gru_layer if self.kind == "gru" else _lstm_stack
+        if self.kind == "gru":
+            for layer in self.layers:
+                values = run(values, *layer)
+        else:
+            values = run(values, self.layers)
+        score = values @ self.w_out.T + self.b_out
+        if score.shape[1] == 2:  # softmax of two is the sigmoid of their difference
+            score = score[:, 1:] - score[:, :1]
+        found = _sigmoid(score[:, 0])
+        return at_walk_rate(found, walk, self.rate_hz)
+
+
+def features(walk: Walk, inputs: str, rate_hz: float) -> np.ndarray:
+    """(m, 2) or (m, 6) float32 inputs at the network's rate."""
+    acc, gyro = walk.acc_b_m_s2, walk.gyro_b_rad_s
+    if inputs == "magnitudes":
+        away = np.abs(np.linalg.norm(acc, axis=1) - GRAVITY_M_S2)
+        turning = np.linalg.norm(gyro, axis=1)
+        values = np.column_stack(
+            [octaves(away, ACC_FLOOR_M_S2), octaves(turning, RATE_FLOOR_RAD_S)]
+        )
+    else:
+        values = np.hstack([acc, gyro]) / AXES_SCALE
+    return np.asarray(_held(values, walk, rate_hz), dtype=np.float32)
+
+
+def octaves(values: np.ndarray, floor: float) -> np.ndarray:
+    """0 at the floor, 1 ten octaves above it."""
+    return np.minimum(np.log2(np.maximum(values / floor, 1.0)) / OCTAVES, 1.0)
+
+
+def _same_rate(walk: Walk, rate_hz: float) -> bool:
+    return abs(walk.rate_hz / rate_hz - 1) < 0.02
+
+
+def _held(values: np.ndarray, walk: Walk, rate_hz: float) -> np.ndarray:
+    """At the network's rate, each the newest value there is: nothing of the future."""
+    if _same_rate(walk, rate_hz):
+        return values
+    times_s = np.arange(walk.t_s[0], walk.t_s[-1] + 1e-9, 1 / rate_hz)
+    return values[np.searchsorted(walk.t_s, times_s + 1e-9, side="right") - 1]
+
+
+def at_walk_rate(values: np.ndarray, walk: Walk, rate_hz: float) -> np.ndarray:
+    """Back at the walk's own samples, likewise."""
+    if _same_rate(walk, rate_hz):
+        return values
+    index = np.floor((walk.t_s - walk.t_s[0]) * rate_hz + 1e-9).astype(np.int64)
+    return values[np.clip(index, 0, len(values) - 1)]
+
+
+def _sigmoid(values):
+    return 1 / (1 + np.exp(-np.clip(values, -60, 60)))
+
+
+def _gru_layer(values, w_ih, w_hh, b_ih, b_hh) -> np.ndarray:
+    """(n, cells): one step after another, for each needs the one before."""
+    cells = w_hh.shape[1]
+    given = (values @ w_ih.T + b_ih).astype(np.float64)
+    given[:, : 2 * cells] += b_hh[: 2 * cells]
+    back, last = np.ascontiguousarray(w_hh.T, np.float64), b_hh[2 * cells :].astype(np.float64)
+    out = np.empty((len(values), cells))
+    state = np.zeros(cells)
+    exp, tanh = np.exp, np.tanh
+    for at in range(len(values)):
+        seen = state @ back
+        row = given[at]
+        gates = 1 / (1 + exp(-(row[: 2 * cells] + seen[: 2 * cells])))
+        new = tanh(row[2 * cells :] + gates[:cells] * (seen[2 * cells :] + last))
+        state = new + gates[cells:] * (state - new)
+        out[at] = state
+    return out
+
+
+def _lstm_stack(values, layers) -> np.ndarray:
+    """(n, cells): the record in stretches side by side, each with WARM_UP samples before it."""
+    count = len(values)
+    stretches = max(1, -(-count // CHUNK))
+    length = CHUNK + WARM_UP
+    padded = np.zeros((WARM_UP + stretches * CHUNK, values.shape[1]), np.float32)
+    padded[WARM_UP : WARM_UP + count] = values
+    padded[:WARM_UP] = values[0]
+    index = np.arange(stretches)[:, None] * CHUNK + np.arange(length)
+    batch = padded[index].transpose(1, 0, 2)  # (length, stretches, inputs)
+    for w_ih, w_hh, b_ih, b_hh in layers:
+        cells = w_hh.shape[1]
+        given = batch @ w_ih.T + (b_ih + b_hh)
+        back = np.ascontiguousarray(w_hh.T)
+        state = np.zeros((stretches, cells), np.float32)
+        memory = np.zeros((stretches, cells), np.float32)
+        out = np.empty((length, stretches, cells), np.float32)
+        for at in range(length):
+            if at == WARM_UP:  # before the record there is nothing
+                state[0] = memory[0] = 0.0
+            gates = given[at] + state @ back
+            into, forget, fresh, outward = (gates[:, k * cells : (k + 1) * cells] for k in range(4))
+            memory = _sigmoid(forget) * memory + _sigmoid(into) * np.tanh(fresh)
+            state = _sigmoid(outward) * np.tanh(memory)
+            out[at] = state
+        batch = out
+    return batch[WARM_UP:].transpose(1, 0, 2).reshape(-1, batch.shape[2])[:count]
+
+
+def load_network(path: Path) -> Network:
+    """Read and check an .npz; CannotRead says what is wrong with it."""
+    try:
+        with path.open("rb") as stream:
+            archive = np.load(stream, allow_pickle=False)
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise CannotRead(f"{path}: no .npz archive")
+            fields = {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise CannotRead(f"{path}: {error.strerror or error}") from None
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise CannotRead(f"{path}: {error}") from None
+    try:
+        return _network(fields)
+    except (KeyError, ValueError, TypeError) as error:
+        raise CannotRead(
+            f"{path}: no weights of a detector: {error}",
+            remedy="`terazi walk train` writes such a file.",
+        ) from None
+
+
+def _network(fields: dict) -> Network:
+    kind, inputs = str(fields["kind"]), str(fields["inputs"])
+    if kind not in GATES or inputs not in ("magnitudes", "axes"):
+        raise ValueError(f"kind {kind!r} with inputs {inputs!r}")
+    count = int(fields["layers"])
+    layers = tuple(
+        tuple(np.asarray(fields[f"{name}_{k}"], np.float32) for name in
+              ("w_ih", "w_hh", "b_ih", "b_hh"))
+        for k in range(count)
+    )  # fmt: skip
+    wide = 2 if inputs == "magnitudes" else 6
+    for w_ih, w_hh, b_ih, b_hh in layers:
+        cells = w_hh.shape[1]
+        rows = GATES[kind] * cells
+        if (w_ih.shape, w_hh.shape) != ((rows, wide), (rows, cells)) or (
+            (b_ih.shape, b_hh.shape) != ((rows,), (rows,))
+        ):
+            raise ValueError(f"a layer of the shape {w_ih.shape}, {w_hh.shape}")
+        wide = cells
+    w_out, b_out = (np.asarray(fields[name], np.float32) for name in ("w_out", "b_out"))
+    if w_out.shape not in ((1, wide), (2, wide)) or b_out.shape != w_out.shape[:1]:
+        raise ValueError(f"an output of the shape {w_out.shape}")
+    accept, rate_hz = float(fields["accept"]), float(fields["rate_hz"])
+    if not (0 < accept < 1 and rate_hz > 0):
+        raise ValueError(f"accept {accept}, rate_hz {rate_hz}")
+    return Network(
+        kind, inputs, rate_hz, accept, layers, w_out, b_out, str(fields.get("provenance", ""))
+    )
+
+
+def save_network(path: Path, network: Network) -> None:
+    """Write what load_network reads."""
+    fields = {}
+    for k, layer in enumerate(network.layers):
+        fields |= dict(
+            zip((f"w_ih_{k}", f"w_hh_{k}", f"b_ih_{k}", f"b_hh_{k}"), layer, strict=True)
+        )
+    with path.open("wb") as stream:
+        np.savez_compressed(
+            stream,
+            kind=network.kind,
+            inputs=network.inputs,
+            rate_hz=network.rate_hz,
+            accept=network.accept,
+            layers=len(network.layers),
+            w_out=network.w_out,
+            b_out=network.b_out,
+            provenance=network.provenance,
+            **fields,
+        )

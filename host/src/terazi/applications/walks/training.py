@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""Trains a learnt detector: PyTorch, which only this needs (the extra [train]), on one thread.
+
+As the thesis has it: Adam, cross-entropy, windows of 100 samples at 200 Hz; each window turned at
+random, scaled by 0.9 to 1.1, with noise of sigma 0.075 (m/s^2 and, a tenth of that, rad/s). Labels
+are those of a classical detector whose threshold was chosen trial by trial: the record's own
+(`zv_*_opt`), or SHOE's with the threshold whose path lies nearest to the truth. A window's first
+half only warms the cells up. Same seed, same machine, same weights.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from terazi.applications.walks import detectors
+from terazi.applications.walks.navigator import KalmanSettings, kalman
+from terazi.applications.walks.networks import Network, features
+from terazi.applications.walks.record import Walk
+from terazi.applications.walks.score import path_errors
+from terazi.errors import CannotRead, UsageError
+
+RATE_HZ = 200.0
+SHOE_GRID_RAD_S = tuple(np.geomspace(0.15, 2.5, 13))
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is trained and how."""
+
+    kind: str = "gru"
+    cells: int = 8
+    layers: int = 1
+    inputs: str = "magnitudes"
+    window: int = 100
+    epochs: int = 300
+    windows_per_epoch: int = 512
+    batch: int = 128
+    learning_rate: float = 5e-3
+    noise: float = 0.075
+    accept: float = 0.85
+    seed: int = 1
+
+
+GRU8 = Training()
+LSTM = Training(
+    kind="lstm", cells=80, layers=6, inputs="axes", learning_rate=1e-3, windows_per_epoch=1024
+)
+KINDS = {"gru8": GRU8, "lstm": LSTM}
+
+
+def labels_of(walk: Walk) -> np.ndarray:
+    """(n,) bool: the record's own, or SHOE's with the threshold that suits this walk best."""
+    if walk.zero_velocity is not None:
+        return walk.zero_velocity
+    if walk.truth is None:
+        raise CannotRead(f"{walk.name}: neither labels nor a path from which to choose them")
+    best = None
+    for threshold in SHOE_GRID_RAD_S:
+        settings = replace(detectors.SHOE, threshold=float(threshold))
+        detection = detectors.shoe_detector(walk, settings, causal=False)
+        if detection.still.mean() < 0.02:
+            continue
+        path = kalman(walk, detection, KalmanSettings(), causal=True)
+        error_m = path_errors(walk, path.pos_w_m).rmse_2d_m
+        if best is None or error_m < best[0]:
+            best = (error_m, detection.still)
+    if best is None:
+        raise CannotRead(f"{walk.name}: no threshold finds a stance")
+    return best[1]
+
+
+def turned_scaled_noisy(acc, gyro, rng: np.random.Generator, noise: float):
+    """(b, w, 3) twice, each window augmented by itself; float32."""
+    count = len(acc)
+    quats = rng.standard_normal((count, 4))
+    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
+    w, x, y, z = quats.T
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    ).transpose(2, 0, 1)
+    scale = rng.uniform(0.9, 1.1, (count, 1, 1))
+    found = []
+    for values, sigma in ((acc, noise), (gyro, noise / 10)):
+        values = np.einsum("bij,bwj->bwi", turn, values) * scale
+        found.append(values + sigma * rng.standard_normal(values.shape))
+    return found
+
+
+def _torch():
+    try:
+        import torch
+    except ImportError:
+        raise UsageError(
+            "training needs PyTorch", remedy="Install it: pip install 'terazi[train]'"
+        ) from None
+    torch.set_num_threads(1)  # two threads of so small a net wait for each other: ten times slower
+    return torch
+
+
+def train(
+    walks: Sequence[Walk],
+    training: Training,
+    *,
+    progress: Callable[[float, float], None] | None = None,
+) -> Network:
+    """The trained network; progress is told the share done and the loss."""
+    torch = _torch()
+    for walk in walks:
+        if abs(walk.rate_hz / RATE_HZ - 1) > 0.02:
+            raise CannotRead(f"{walk.name}: {walk.rate_hz:.0f} samples a second, not {RATE_HZ:g}")
+    if not walks:
+        raise UsageError("nothing to train on")
+    labels = [labels_of(walk) for walk in walks]
+    rng = np.random.default_rng(training.seed)
+    torch.manual_seed(training.seed)
+    wide = 2 if training.inputs == "magnitudes" else 6
+    core = (torch.nn.GRU if training.kind == "gru" else torch.nn.LSTM)(
+        wide, training.cells, training.layers, batch_first=True
+    )
+    classes = 1 if training.kind == "gru" else 2
+    head = torch.nn.Linear(training.cells, classes)
+    weights = [*core.parameters(), *head.parameters()]
+    optimiser = torch.optim.Adam(weights, lr=training.learning_rate)
+    steps = training.epochs * max(1, training.windows_per_epoch // training.batch)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+    half = training.window // 2
+    for step in range(steps):
+        inputs, wanted = _batch(walks, labels, training, rng)
+        out = head(core(torch.from_numpy(inputs))[0])[:, half:]
+        goal = torch.from_numpy(wanted[:, half:])
+        if classes == 1:
+            loss = torch.nn.functional.binary_cross_entropy_with_logits(out[..., 0], goal.float())
+        else:
+            loss = torch.nn.functional.cross_entropy(out.reshape(-1, 2), goal.long().reshape(-1))
+        optimiser.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(weights, 1.0)
+        optimiser.step()
+        schedule.step()
+        if progress:
+            progress((step + 1) / steps, float(loss.detach()))
+    layers = tuple(
+        tuple(getattr(core, f"{name}_l{k}").detach().numpy().copy()
+              for name in ("weight_ih", "weight_hh", "bias_ih", "bias_hh"))
+        for k in range(training.layers)
+    )  # fmt: skip
+    return Network(
+        training.kind,
+        training.inputs,
+        RATE_HZ,
+        training.accept,
+        layers,
+        head.weight.detach().numpy().copy(),
+        head.bias.detach().numpy().copy(),
+        _provenance(walks, labels, training, torch.__version__),
+    )
+
+
+def _batch(walks, labels, training: Training, rng) -> tuple[np.ndarray, np.ndarray]:
+    """(b, w, inputs) float32 and (b, w) bool; every trial as likely as another."""
+    acc, gyro, wanted = [], [], []
+    for pick in rng.integers(len(walks), size=training.batch):
+        walk = walks[pick]
+        begin = int(rng.integers(max(1, len(walk) - training.window)))
+        span = slice(begin, begin + training.window)
+        acc.append(walk.acc_b_m_s2[span])
+        gyro.append(walk.gyro_b_rad_s[span])
+        wanted.append(labels[pick][span])
+    acc, gyro = turned_scaled_noisy(np.array(acc), np.array(gyro), rng, training.noise)
+    flat = Walk("", np.arange(acc[..., 0].size) / RATE_HZ, acc.reshape(-1, 3), gyro.reshape(-1, 3))
+    inputs = features(flat, training.inputs, RATE_HZ).reshape(training.batch, training.window, -1)
+    return inputs, np.array(wanted)
+
+
+def _provenance(walks, labels, training: Training, version: str) -> str:
+    """JSON: on what, with what, how; the digest says whether it is the same data."""
+    digest = hashlib.sha256()
+    for walk, known in zip(walks, labels, strict=True):
+        for array in (walk.acc_b_m_s2, walk.gyro_b_rad_s, known):
+            digest.update(np.ascontiguousarray(array).tobytes())
+    return json.dumps(
+        {
+            "training": asdict(training),
+            "walks": [walk.name for walk in walks],
+            "sha256": digest.hexdigest(),
+            "torch": version,
+            "numpy": np.__version__,
+        }
+    )

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""The promised accuracy on the recordings of TERAZI_DATA, one setting for all of them."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from terazi.applications.walks import Options, estimate, find_walks, load_walk, score
+
+CUTS = (0.5, 0.62, 0.77, 0.9)
+
+
+@pytest.fixture(scope="module")
+def data():
+    folder = os.environ.get("TERAZI_DATA")
+    if folder is None:
+        pytest.skip("TERAZI_DATA is unset: no recorded walks to score")
+    return Path(folder) / "walks"
+
+
+def scored(folder, begins="", **options):
+    walks = [load_walk(path) for path in find_walks(folder) if path.stem.startswith(begins)]
+    return score(walks, lambda walk: estimate(walk, Options(**options)).path.pos_w_m).mean
+
+
+def test_walks_under_cameras_stay_within_8_cm_and_causally_within_15(data):
+    assert scored(data / "vicon").rmse_2d_m <= 0.08
+    assert scored(data / "vicon", causal=True).rmse_2d_m <= 0.15
+
+
+def test_stairs_and_crawling_stay_within_45_cm_in_space(data):
+    assert scored(data / "vicon", "2018").rmse_3d_m <= 0.45
+    assert scored(data / "vicon", "2018", causal=True).rmse_3d_m <= 0.45
+
+
+def test_footprints_are_met_within_half_a_metre(data):
+    assert scored(data / "footprints").rmse_2d_m <= 0.5
+
+
+def test_the_short_walk_closes_within_10_cm_in_space(data):
+    assert scored(data / "xio_gait").closure_m <= 0.10
+
+
+def cut(walk, share):
+    return replace(walk, truth=None).cut(int(share * len(walk)))
+
+
+def test_no_recorded_path_changes_where_it_is_settled_when_its_end_is_cut_off(data):
+    for path in find_walks(data / "footprints") + find_walks(data / "vicon"):
+        walk = load_walk(path)
+        whole = estimate(walk).path.pos_w_m
+        for share in CUTS:
+            part = estimate(cut(walk, share)).path
+            apart_m = np.linalg.norm((part.pos_w_m - whole[: len(part.pos_w_m)]), axis=1)
+            assert apart_m[: part.settled].max(initial=0.0) < 0.001, (path.stem, share)
+
+
+def test_no_causal_path_changes_at_all_when_its_end_is_cut_off(data):
+    for path in [*find_walks(data / "footprints"), *find_walks(data / "xio_gait")]:
+        walk = load_walk(path)
+        whole = estimate(walk, Options(causal=True)).path.pos_w_m
+        for share in CUTS:
+            part = estimate(cut(walk, share), Options(causal=True)).path.pos_w_m
+            assert np.array_equal(part, whole[: len(part)]), (path.stem, share)
