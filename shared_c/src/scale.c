@@ -73,20 +73,20 @@ static OUTLINE void unsettle(scale_t *scale)
 static void track(scale_t *scale)
 {
     const scale_config_t *config = scale->config;
+    const int32_t         load   = load_of(scale);
 
-    if ((config->options & SCALE_TRACK_ZERO) != 0U &&
-        within(load_of(scale), config->interval_mg >> 1)) {
+    if ((config->options & SCALE_TRACK_ZERO) != 0U && within(load, config->interval_mg >> 1)) {
         if (scale->last_us - scale->since_us < TRACK_US) { return; }
-        const int32_t centre = scale->zero_initial_mg;
-        const int32_t wanted = scale->zero_mg - centre +
-                               limited(load_of(scale), config->interval_mg >> 3);
-        scale->zero_mg = centre + limited(wanted, scale->zero_range_mg);
+        const int32_t zero_mg = scale->zero_mg + limited(load, config->interval_mg >> 3);
+        if (within(zero_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
+            scale->zero_mg = zero_mg;
+        }
     }
     scale->since_us = scale->last_us;
 }
 
 /* Whether masses stand. */
-static OUTLINE void watch(scale_t *scale)
+static void watch(scale_t *scale)
 {
     const scale_config_t *config  = scale->config;
     const int32_t         mass_mg = scale->mass_mg;
@@ -209,6 +209,14 @@ void scale_interrupt(scale_t *scale)
     scale->flags &= (uint8_t)~SCALE_STABLE;
 }
 
+static OUTLINE scale_status_t take_tare(scale_t *scale, int32_t tare_mg)
+{
+    if (tare_mg <= 0 || tare_mg > scale->config->max_mg) { return SCALE_OUT_OF_RANGE; }
+    scale->tare_mg = tare_mg;
+    scale->flags |= SCALE_TARED;
+    return SCALE_OK;
+}
+
 void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
 {
     if (within(zero_mg, scale->zero_range_mg * 6)) {
@@ -216,10 +224,7 @@ void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
         scale->zero_mg         = zero_mg;
     }
     scale->flags = firm ? SCALE_ZEROED : 0U;
-    if (tare_mg > 0 && tare_mg <= scale->config->max_mg) {
-        scale->tare_mg = tare_mg;
-        scale->flags |= SCALE_TARED;
-    }
+    (void)take_tare(scale, tare_mg);
 }
 
 scale_status_t scale_zero(scale_t *scale)
@@ -234,13 +239,8 @@ scale_status_t scale_zero(scale_t *scale)
 
 scale_status_t scale_tare(scale_t *scale)
 {
-    const int32_t load = load_of(scale);
-
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
-    if (load <= 0 || load > scale->config->max_mg) { return SCALE_OUT_OF_RANGE; }
-    scale->tare_mg = load;
-    scale->flags |= SCALE_TARED;
-    return SCALE_OK;
+    return take_tare(scale, load_of(scale));
 }
 
 void scale_tare_clear(scale_t *scale)
@@ -265,7 +265,7 @@ scale_status_t scale_count_out(scale_t *scale, uint16_t pieces)
 
     if (pieces == 0U) { return SCALE_UNKNOWN; }
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
-    if ((net >> 2) < e + e * 4 || (net >> 1) < (int32_t)pieces) { return SCALE_TOO_LIGHT; }
+    if (net < e * 20 || (net >> 1) < (int32_t)pieces) { return SCALE_TOO_LIGHT; }
     scale->per_piece_q32 = scale_wide_ratio(pieces, (uint32_t)net);
     return SCALE_OK;
 }
@@ -281,8 +281,5 @@ int32_t scale_pieces(const scale_t *scale)
 
 int32_t scale_shown(const scale_t *scale)
 {
-    int32_t shown = 0;
-
-    for (uint8_t digit = scale->config->digit; digit != 0U; --digit) { shown += scale->divisions; }
-    return shown; /* |divisions| < 2^23 */
+    return (int32_t)((uint32_t)scale->divisions * scale->config->digit); /* |divisions| < 2^23 */
 }

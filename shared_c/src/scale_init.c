@@ -2,7 +2,6 @@
 #include "scale.h"
 
 #include <stddef.h>
-#include <string.h>
 
 #include "port_rom.h"
 #include "port_wide.h"
@@ -15,7 +14,7 @@
 enum { Q_FINE = 64, FINE_BITS = 23 };
 
 /* The first fields of a configuration in order, each with its least value, and its greatest as a
- * share, by a shift, of a field before it or of 2^31. */
+ * share, by a shift, of Max, of e or of 2^31. */
 enum { MAX, INTERVAL, UNDER, STEP, BAND, STABLE, GAP, FIELDS, OF_2_31 = FIELDS };
 
 static const uint8_t ranges[FIELDS][3] PORT_ROM = {
@@ -30,14 +29,14 @@ _Static_assert(offsetof(scale_config_t, gap_us) == 4U * GAP &&
 
 static scale_status_t check_ranges(const scale_config_t *config)
 {
-    uint32_t field[FIELDS + 1];
+    const uint32_t *fields = (const uint32_t *)config;
 
-    memcpy(field, config, sizeof field - sizeof field[0]);
-    field[OF_2_31] = 0x80000000U;
     for (uint8_t at = 0U; at < FIELDS; ++at) {
-        uint32_t most = field[port_rom_u8(&ranges[at][1])];
-        for (uint8_t bits = port_rom_u8(&ranges[at][2]); bits != 0U; --bits) { most >>= 1; }
-        if (field[at] < port_rom_u8(&ranges[at][0]) || field[at] > most) {
+        const uint8_t *range = ranges[at];
+        const uint8_t  of    = port_rom_u8(&range[1]);
+        uint32_t       most  = of == OF_2_31 ? 0x80000000U : fields[of];
+        for (uint8_t bits = port_rom_u8(&range[2]); bits != 0U; --bits) { most >>= 1; }
+        if (fields[at] < port_rom_u8(&range[0]) || fields[at] > most) {
             return at < STABLE ? SCALE_BAD_RANGE : SCALE_BAD_TIME;
         }
     }
@@ -76,10 +75,10 @@ static uint32_t divide_display(const scale_config_t *config, bool *fine)
 {
     const uint8_t   digit  = config->digit;
     const uint16_t *entry  = scale_unit_reciprocals[config->unit];
-    uint32_t        factor = digit == 1U ? 10U : digit == 2U ? 5U : 2U;
+    uint32_t        factor = digit == 1U ? 10U : digit == 2U ? 5U : digit == 5U ? 2U : 0U;
 
-    if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX ||
-        (digit != 1U && digit != 2U && digit != 5U) || config->hysteresis_q8 > 127U) {
+    if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX || factor == 0U ||
+        config->hysteresis_q8 > 127U) {
         return 0U;
     }
     for (uint8_t decimal = config->decimals; decimal != 0U; --decimal) {

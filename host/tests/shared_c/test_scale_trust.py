@@ -197,11 +197,11 @@ def test_scale_tracks_within_two_hundredths_of_max_and_not_at_all_if_told_so():
     scale = Scale(config)
     weigh(scale, lying(0.0))
     zeros = zero_moves_mg(scale, 4.0 * np.arange(8000) / 8000)
-    assert zeros.max() == 50_000 // 50
+    assert 50_000 // 50 - E_MG // 8 < zeros.max() <= 50_000 // 50
     scale = Scale(config)
     weigh(scale, lying(0.0))
     zeros = zero_moves_mg(scale, -4.0 * np.arange(8000) / 8000)
-    assert zeros.min() == -50_000 // 50
+    assert -50_000 // 50 <= zeros.min() < E_MG // 8 - 50_000 // 50
     scale = Scale(config | {"options": design.OPTIONS["initial_zero"]})
     weigh(scale, lying(0.0))
     assert np.ptp(zero_moves_mg(scale, 0.4 * np.arange(800) / 800)) == 0

@@ -229,8 +229,9 @@ class Scale:
         if self.config["options"] & TRACK_ZERO and abs(self.load_mg) <= e // 2:
             if (self.last_us - self.since_us) % CLOCK_US < TRACK_US:
                 return
-            wanted = self.zero_mg + limit(self.load_mg, e // 8) - self.initial_mg
-            self.zero_mg = self.initial_mg + limit(wanted, self.zero_range_mg)
+            wanted = self.zero_mg + limit(self.load_mg, e // 8)
+            if abs(wanted - self.initial_mg) <= self.zero_range_mg:
+                self.zero_mg = wanted
         self.since_us = self.last_us
 
     def _display(self, mass_mg: int) -> None:

@@ -134,8 +134,9 @@ class _Scale:
             if self.now_s - self.since_s < TRACK_S - 1e-9:
                 return
             span = 0.02 * self.config["max_mg"]
-            moved = self.zero + np.clip(load, -e / 8, e / 8)
-            self.zero = float(np.clip(moved, self.initial - span, self.initial + span))
+            moved = self.zero + float(np.clip(load, -e / 8, e / 8))
+            if not self.decide(abs(moved - self.initial), span):
+                self.zero = moved
         self.since_s = self.now_s
 
     def display(self, load: float) -> None:
