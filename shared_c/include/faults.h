@@ -15,9 +15,10 @@
  *           (1 - 1/z)^4 (1 + 1/z^2) leaves more of the counts than of white noise of noise_counts
  *           rms, which it lets through 14-fold. A load that moves as bodies do, and one that swings
  *           at a quarter of the rate, leave next to nothing; a load step is one stir (notes).
- * End       noise: as many are not loud; all others: 3 good conversions in a row
- * Trust     none while any holds. Where trust comes back the filters must start
- *           anew, because they have seen what was wrong.
+ * End       noise: 4 conversions in a row of which the filter leaves less than an eighth of the
+ *           limit; all others: 3 good conversions in a row
+ * Trust     none while any holds. Where trust comes back the filters must start anew, because they
+ *           have seen what was wrong. Noise below the limit is left to the scale's own judgement.
  * Formats   counts: 24 bits in int32
  * Bad data  is what this is for; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
@@ -59,14 +60,14 @@ enum {
 };
 
 typedef struct {
-    uint8_t held;                /* FAULTS_CABLE_OUT and so on, now */
-    uint8_t seen;                /* since faults_init */
-    uint8_t noisy;               /* 0..5: how many conversions more were loud than were not */
-    uint8_t good;                /* conversions in a row, stops at 3 */
-    uint8_t equal;               /* counts in a row that repeat, stops at 5 */
-    uint8_t stirred;             /* of the last moves, the newest in bit 0: a stir */
-    bool    in_run;              /* the event before was a conversion to be compared with */
-    bool    off;                 /* the conversion before was off the beat */
+    uint8_t held;    /* FAULTS_CABLE_OUT and so on, now */
+    uint8_t seen;    /* since faults_init */
+    uint8_t noisy;   /* 0..4: loud conversions more than others; under noise, quiet ones to come */
+    uint8_t good;    /* conversions in a row, stops at 3 */
+    uint8_t equal;   /* counts in a row that repeat, stops at 5 */
+    uint8_t stirred; /* of the last moves, the newest in bit 0: a stir */
+    bool    in_run;  /* the event before was a conversion to be compared with */
+    bool    off;     /* the conversion before was off the beat */
     int16_t noise_limit;         /* what the filter may leave, in 256 counts */
     int16_t moves[FAULTS_MOVES]; /* last differences in 256 counts, limited, the newest first */
     int32_t previous_counts;     /* where in_run */

@@ -75,14 +75,21 @@ static void judge_noise(faults_t *faults, int16_t move)
 
     uint8_t bits = stirred & 0x3FU; /* of the moves that the filter sees */
     bits &= (uint8_t)(bits - 1U);
-    bits &= (uint8_t)(bits - 1U);
-    if (bits != 0U && !is_within(rest_of(moves), faults->noise_limit)) { /* 3 or more */
-        if (noisy != FAULTS_NOISY) { noisy++; }
+    bits &= (uint8_t)(bits - 1U); /* not 0: 3 or more */
+
+    const int16_t rest = rest_of(moves), limit = faults->noise_limit;
+    if ((faults->held & FAULTS_NOISE) != 0U) {
+        const bool is_quiet = is_within(rest, (int16_t)(limit >> FAULTS_QUIET_SHIFT));
+        noisy               = is_quiet ? (uint8_t)(noisy - 1U) : (uint8_t)FAULTS_CALM;
+    } else if (bits != 0U && !is_within(rest, limit)) {
+        noisy++;
     } else if (noisy != 0U) {
         noisy--;
     }
-    if (is_spike(moves, stirred)) { noisy = FAULTS_NOISY; }
-    if (noisy == FAULTS_NOISY) { faults->held |= FAULTS_NOISE; }
+    if (noisy == FAULTS_NOISY || is_spike(moves, stirred)) {
+        noisy = FAULTS_CALM;
+        faults->held |= FAULTS_NOISE;
+    }
     if (noisy == 0U) { faults->held &= (uint8_t)~FAULTS_NOISE; }
     faults->noisy = noisy;
 }

@@ -17,6 +17,8 @@ def limits(content: dict) -> dict[str, int]:
         "NOISE_LEAST": noise["least_counts"],
         "MOVE_LIMIT": noise["move_limit"],
         "NOISY": noise["loud"],
+        "CALM": noise["quiet"],
+        "QUIET_SHIFT": noise["quiet_shift"],
         "STIRRED": noise["stir_counts"] // MOVE_COUNTS,
         "LEAVE": spike["leave_counts"] // MOVE_COUNTS,
         "BACK": spike["back_counts"] // MOVE_COUNTS,

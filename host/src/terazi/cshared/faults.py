@@ -85,11 +85,21 @@ class Weighed:
         return (self.flags & ScaleFlag.STABLE) != 0
 
 
-def weigh_events(events, counts, device_us, config: Mapping | None = None) -> Weighed:
+def weigh_events(
+    events,
+    counts,
+    device_us,
+    config: Mapping | None = None,
+    *,
+    noise_counts: int | None = None,
+    watched: bool = True,
+) -> Weighed:
     """fir, weight_kf_adaptive, scale, kept from what faults finds, as the firmware does it.
 
     events, counts, device_us : (n,) integers: FaultsEvent, and what came with it.
     config : of the scale, as Scale takes it.
+    noise_counts : as Faults takes it.
+    watched : False: nothing that faults finds is heeded, to see what it is good for.
     """
     happened = whole(events, np.uint8, "events")
     raw, times = whole(counts, np.int32, "counts"), whole(device_us, np.uint32, "times")
@@ -97,6 +107,9 @@ def weigh_events(events, counts, device_us, config: Mapping | None = None) -> We
         raise ValueError(f"{len(happened)} events, {len(raw)} counts and {len(times)} times")
     scale, chain = Scale(config), ffi.new("faults_blocks_t *")
     lib.faults_blocks_init(chain, scale._c)
+    chain.watched = watched
+    if noise_counts is not None:
+        lib.faults_limit_noise(ffi.addressof(chain, "faults"), noise_counts)
     held, flags = (np.empty(len(raw), np.uint8) for _ in range(2))
     mass_mg = np.empty(len(raw), np.int32)
     arrays = (pointer(array) for array in (happened, raw, times, held, flags, mass_mg))

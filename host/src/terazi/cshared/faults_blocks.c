@@ -7,14 +7,16 @@
 void faults_blocks_init(faults_blocks_t *chain, scale_t *scale)
 {
     faults_init(&chain->faults);
-    chain->scale  = scale;
-    chain->primed = false;
+    chain->scale   = scale;
+    chain->primed  = false;
+    chain->watched = true;
 }
 
-/* As weigh() of the firmware. */
+/* As weighing_take of the firmware. */
 static void weigh(faults_blocks_t *chain, faults_event_t event, int32_t counts, uint32_t device_us)
 {
-    const uint8_t answer = faults_update(&chain->faults, event, counts);
+    const uint8_t found  = faults_update(&chain->faults, event, counts);
+    const uint8_t answer = chain->watched ? found : 0U;
 
     if (event != FAULTS_EVENT_CONVERSION || (answer & FAULTS_RESTART) != 0U) {
         chain->primed = false;
@@ -31,7 +33,8 @@ static void weigh(faults_blocks_t *chain, faults_event_t event, int32_t counts, 
     const int32_t estimate_q7 = weight_kf_adaptive_update(&chain->kf, filtered);
 
     chain->primed = true;
-    if ((answer & FAULTS_SPOILT) == 0U) { scale_update(chain->scale, estimate_q7, device_us); }
+    scale_look(chain->scale, scale_mass(chain->scale, counts * 128)); /* Q7: 24 bits and 7 more */
+    scale_update(chain->scale, estimate_q7, device_us);
 }
 
 void faults_blocks_weigh(faults_blocks_t *chain, const uint8_t events[], const int32_t counts[],

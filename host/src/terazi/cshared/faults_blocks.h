@@ -17,7 +17,8 @@ typedef struct {
     fir_t                fir;
     weight_kf_adaptive_t kf;
     scale_t             *scale;
-    bool                 primed; /* the filters hold a run of samples */
+    bool                 primed;  /* the filters hold a run of samples */
+    bool                 watched; /* what faults finds is heeded */
 } faults_blocks_t;
 
 /* scale must stay. */

@@ -37,7 +37,7 @@ TAPS = (1, -3, 4, -4, 3, -1)  # of the moves: (1 - 1/z)^4 (1 + 1/z^2) / (1 - 1/z
 MOVE_COUNTS, MOVE_LIMIT = 256, 2047
 STIR, LEAVE, BACK = 512 // MOVE_COUNTS, 2048 // MOVE_COUNTS, 1024 // MOVE_COUNTS
 NOISE_COUNTS, NOISE_LEAST = 4000, 400
-STIRRED, LOUD = 3, 5
+STIRRED, LOUD, QUIET, QUIET_PART = 3, 5, 4, 8
 REPEATS, GOOD = 5, 3
 NAMED = {
     Event.BAD_FRAME: Fault.FRAMES_LOST,
@@ -112,12 +112,14 @@ class Faults:
         rest = sum(tap * move for tap, move in zip(TAPS, self.moves, strict=True))
         stirred = sum(abs(move) >= STIR for move in self.moves)
         loud = abs(rest) >= self.noise_limit and stirred >= STIRRED
-        self.noisy = min(max(self.noisy + (1 if loud else -1), 0), LOUD)
-        if self._is_spike():
-            self.noisy = LOUD
-        if self.noisy == LOUD:
-            self.held |= Fault.NOISE
-        elif self.noisy == 0:
+        if self.held & Fault.NOISE:
+            quiet = abs(rest) < self.noise_limit // QUIET_PART
+            self.noisy = self.noisy - 1 if quiet else QUIET
+        else:
+            self.noisy = max(self.noisy + (1 if loud else -1), 0)
+        if self.noisy == LOUD or self._is_spike():
+            self.noisy, self.held = QUIET, self.held | Fault.NOISE
+        if self.noisy == 0:
             self.held &= ~Fault.NOISE
 
     def _is_spike(self) -> bool:
