@@ -55,14 +55,15 @@ void store_save(void)
 
 void store_tick(const settings_t *settings)
 {
-    for (uint8_t left = CELLS_A_TICK; left != 0U; left--) {
-        if (save.state != SETTINGS_SAVE_WRITING || eeprom_is_busy()) { return; }
+    if (save.state != SETTINGS_SAVE_WRITING) { return; }
+    idle_post_work(); /* come again at once */
+    for (uint8_t left = CELLS_A_TICK; left != 0U && !eeprom_is_busy(); left--) {
         const uint16_t        address = settings_save_address(&save);
         const settings_cell_t step    = settings_save_step(&save, settings, eeprom_read(address));
 
         if (step != SETTINGS_CELL_PASSED) { eeprom_write(address, save.wanted, (uint8_t)step); }
+        if (save.state != SETTINGS_SAVE_WRITING) { return; }
     }
-    idle_post_work(); /* come again at once */
 }
 
 uint8_t store_state(void)

@@ -23,8 +23,8 @@ settings_reading_t store_load(settings_t *settings);
  * are saved together only if this is called after they changed. */
 void store_save(void);
 
-/* Go on with a save: to the next cell that must be written, by a few at most, 0.25 ms; it sees to
- * it that the main loop wakes for the rest. `settings` are those to be saved. */
+/* Go on with a save: to the next cell that must be written, by a few at most, 0.25 ms. Until
+ * the save is done, the main loop does not sleep. `settings` are those to be saved. */
 void store_tick(const settings_t *settings);
 
 uint8_t  store_state(void);    /* MESSAGES_SETTINGS_STATE_... */

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "eeprom.h"
 
-#include "idle.h"
-
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
@@ -32,13 +30,4 @@ void eeprom_write(uint16_t address, uint8_t value, uint8_t how)
     EECR |= _BV(EEMPE); /* one SBI each: EEPE follows within 2 of the 4 cycles */
     EECR |= _BV(EEPE);
     SREG = sreg;
-    EECR |= _BV(EERIE);
-}
-
-/* A level while nothing is under way: asked for by each write, once. */
-ISR(EE_READY_vect)
-{
-    idle_interrupted();
-    EECR &= (uint8_t)~_BV(EERIE);
-    idle_post_work();
 }

@@ -2,9 +2,9 @@
 /* eeprom - the chip's own 1 KiB of EEPROM, one cell at a time, while the main loop goes on.
  *
  * Model     a write takes 3.4 ms where a cell is erased and written, 1.8 ms where it is one of both
- *           (ATmega328P datasheet, 8.4 and table 8-1); EE_READY wakes the main loop at its end
+ *           (ATmega328P datasheet, 8.4 and table 8-1)
  * Bad data  none: who writes reads back. Addresses wrap at 1024
- * Context   main loop, except EE_READY, the driver's own. Interrupts are held back for 8 cycles.
+ * Context   main loop. Interrupts are held back for 8 cycles.
  */
 #ifndef EEPROM_H
 #define EEPROM_H

@@ -65,10 +65,10 @@ typedef struct {
 
 /* The newest record among the slots. */
 typedef struct {
-    settings_reading_t reading;  /* SETTINGS_WHOLE, SETTINGS_FOREIGN, or none: NO_RECORD */
-    uint8_t            slot;     /* where it stands; without one, the last: so the next is 0 */
-    uint8_t            rotten;   /* slots; one of them may have held a newer one */
-    uint16_t           sequence; /* of it; 0 without one */
+    uint8_t  reading;  /* SETTINGS_WHOLE, SETTINGS_FOREIGN, or none: NO_RECORD */
+    uint8_t  slot;     /* where it stands; without one, the last: so the next is 0 */
+    uint8_t  rotten;   /* slots; one of them may have held a newer one */
+    uint16_t sequence; /* of it; 0 without one */
 } settings_choice_t;
 
 /* The step of a save that comes next, as the bits of EECR say it. */
@@ -88,15 +88,13 @@ typedef enum {
 /* A save, cell by cell. */
 typedef struct {
     settings_choice_t newest;
-    settings_record_t record;   /* on its way out */
-    uint8_t           state;    /* settings_save_state_t */
-    uint8_t           slot;     /* where it goes */
-    uint8_t           at;       /* the cell there that comes next, */
-    uint8_t           wanted;   /* what it must hold, */
-    uint8_t           tries;    /* and how often that was written */
-    uint8_t           passes;   /* over this slot */
-    bool              differed; /* this pass wrote something */
-    bool              asked;    /* to save, since this pass began */
+    settings_record_t record; /* on its way out */
+    uint8_t           state;  /* settings_save_state_t */
+    uint8_t           slot;   /* where it goes */
+    uint8_t           at;     /* the cell there that comes next */
+    uint8_t           wanted; /* what it must hold */
+    uint8_t           left;   /* writes that this slot may still take */
+    bool              again;  /* another pass: this one wrote something, or a save was asked for */
 } settings_save_t;
 
 /* The factory's values; those that a calibration or a command writes only if `calibration`. */

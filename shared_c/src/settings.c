@@ -5,6 +5,7 @@
 #include "port_rom.h"
 #include "settings_table.h"
 
+#include <stddef.h>
 #include <string.h>
 
 enum { PAYLOAD_MAX = SETTINGS_SLOT_LEN - SETTINGS_HEAD_LEN - 2, LEN_AT = 2 };
@@ -26,68 +27,76 @@ static uint8_t place_of(uint8_t key)
     return port_rom_u8(&settings_table[key][0]);
 }
 
-static bool is_protected(uint8_t key)
-{
-    return port_rom_u8(&settings_table[key][1]) >= SETTINGS_PROTECTED;
-}
-
-/* Where its limits stand. */
+/* Where its limits stand, and whether it is protected. */
 static uint8_t limits_of(uint8_t key)
 {
-    return (uint8_t)(port_rom_u8(&settings_table[key][1]) << 1); /* the flag falls off */
+    return port_rom_u8(&settings_table[key][1]);
 }
 
 /* 1, 2 or 4 bytes. */
 static uint8_t width_of(uint8_t limits)
 {
+    limits &= (uint8_t)~SETTINGS_PROTECTED;
     if (limits < SETTINGS_LIMITS_16) { return 1U; }
     return limits < SETTINGS_LIMITS_32 ? 2U : 4U;
-}
-
-/* A value of so many bytes, in ROM from the lowest, or in memory as they lie there. */
-static int32_t extended(const uint8_t *bytes, uint8_t width, bool in_rom, bool is_signed)
-{
-    uint32_t value = 0U;
-
-    for (uint8_t at = width; at != 0U;) {
-        --at;
-        const uint8_t byte = in_rom ? port_rom_u8(&bytes[at]) : bytes[ordered(at, width)];
-        if (is_signed && byte >= 0x80U) { value = UINT32_MAX; }
-        is_signed = false;
-        value     = value << 8 | byte;
-    }
-    return (int32_t)value;
 }
 
 settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t *value)
 {
     if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
-    const uint8_t *limits   = &settings_limits[limits_of(key)];
-    const uint8_t  width    = width_of(limits_of(key));
-    const uint8_t *bytes    = (const uint8_t *)settings + place_of(key);
-    const bool     negative = port_rom_u8(&limits[width - 1U]) >= 0x80U; /* the least value is */
+    const uint8_t  limits = limits_of(key);
+    const uint8_t *bytes  = (const uint8_t *)settings + place_of(key);
+    const uint8_t  least  = port_rom_u8(&settings_limits[limits & (uint8_t)~SETTINGS_PROTECTED]);
+    const uint8_t  width  = width_of(limits);
+    const bool     below  = (least & bytes[ordered((uint8_t)(width - 1U), width)]) >= 0x80U;
+    uint32_t       found  = below ? UINT32_MAX : 0U;
 
-    *value = extended(bytes, width, false, negative);
+    for (uint8_t at = width; at != 0U;) { found = found << 8 | bytes[ordered(--at, width)]; }
+    *value = (int32_t)found;
     return SETTINGS_OK;
 }
 
 settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
 {
     if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
-    const uint8_t *limits = &settings_limits[limits_of(key)];
-    const uint8_t  width  = width_of(limits_of(key));
+    const uint8_t  place  = limits_of(key);
+    const uint8_t *limits = &settings_limits[place];
+    const uint8_t  width  = width_of(place);
     uint8_t       *bytes  = (uint8_t *)settings + place_of(key);
+    int32_t        most   = 0;
 
-    if (is_protected(key)) { return SETTINGS_WRITE_PROTECTED; }
-    if (value < extended(limits, width, true, true) ||
-        value > extended(&limits[width], width, true, false)) {
-        return SETTINGS_OUT_OF_RANGE;
-    }
+    if (place >= SETTINGS_PROTECTED) { return SETTINGS_WRITE_PROTECTED; }
+    for (uint8_t at = width; at != 0U; --at) { most = most << 8 | port_rom_u8(&limits[at]); }
+    const uint8_t mark  = port_rom_u8(limits);
+    const int32_t least = mark == SETTINGS_MIRRORED ? -most : (int32_t)mark;
+    if (value < least || value > most) { return SETTINGS_OUT_OF_RANGE; }
     for (uint8_t at = 0U; at != width; ++at) {
         bytes[ordered(at, width)] = (uint8_t)value;
         value >>= 8;
     }
     return SETTINGS_OK;
+}
+
+/* Bytes of settings_t as they leave the factory. */
+static void restore(settings_t *settings, uint8_t from, uint8_t to)
+{
+    for (; from != to; ++from) {
+        ((uint8_t *)settings)[from] = port_rom_u8((const uint8_t *)&settings_factory + from);
+    }
+}
+
+#define PLACE(member) (uint8_t) offsetof(settings_t, member)
+
+void settings_reset(settings_t *settings, bool calibration)
+{
+    if (calibration) {
+        restore(settings, 0U, sizeof *settings);
+        return;
+    }
+    restore(settings, 0U, PLACE(scale.points));
+    restore(settings, PLACE(scale.points) + 1U, PLACE(scale.point_counts_q7));
+    restore(settings, PLACE(checkweigher), PLACE(zero_mg));
+    restore(settings, PLACE(tare_mg) + 4U, sizeof *settings);
 }
 
 void settings_record_begin(settings_record_t *record, uint16_t sequence)
@@ -112,18 +121,6 @@ static uint8_t next_place(settings_record_t *record)
         record->key++;
     }
     return place;
-}
-
-void settings_reset(settings_t *settings, bool calibration)
-{
-    settings_record_t walk;
-
-    settings_record_begin(&walk, 0U);
-    for (uint8_t at = 0U; at != SETTINGS_PAYLOAD_LEN; ++at) {
-        const bool    stays = !calibration && is_protected(walk.key);
-        const uint8_t place = next_place(&walk);
-        if (!stays) { ((uint8_t *)settings)[place] = port_rom_u8(&settings_factory[at]); }
-    }
 }
 
 uint8_t settings_record_next(settings_record_t *record, const settings_t *settings)

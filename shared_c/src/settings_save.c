@@ -3,10 +3,7 @@
 
 #include "settings_table.h"
 
-enum {
-    TRIES_MAX  = 3,  /* writes of one cell */
-    PASSES_MAX = 255 /* over one slot, while settings go on changing */
-};
+enum { WRITES_MAX = 255 }; /* in one slot: a record, and a third of one for second thoughts */
 
 void settings_save_begin(settings_save_t *save, const settings_choice_t *newest)
 {
@@ -20,8 +17,7 @@ static void begin_pass(settings_save_t *save)
     if (sequence == 0U) { sequence = 1U; } /* 0 says that there is none */
     settings_record_begin(&save->record, sequence);
     save->record.at = 1U; /* the magic comes last */
-    save->differed  = false;
-    save->asked     = false;
+    save->again     = false;
 }
 
 /* The slot behind this one; false where that holds the newest record. */
@@ -30,8 +26,7 @@ static bool begin_slot(settings_save_t *save)
     save->slot   = (save->slot + 1U) % SETTINGS_SLOTS;
     save->at     = 0U;
     save->wanted = SETTINGS_ERASED;
-    save->tries  = 0U;
-    save->passes = 0U;
+    save->left   = WRITES_MAX;
     begin_pass(save);
     return save->slot != save->newest.slot;
 }
@@ -45,7 +40,7 @@ static void begin(settings_save_t *save)
 
 void settings_save_ask(settings_save_t *save)
 {
-    save->asked = true;
+    save->again = true;
     if (save->state != SETTINGS_SAVE_WRITING) { begin(save); }
 }
 
@@ -60,25 +55,23 @@ static void finish(settings_save_t *save)
     save->newest.slot     = save->slot;
     save->newest.sequence = settings_record_sequence(&save->record);
     save->state           = SETTINGS_SAVE_IDLE;
-    if (save->asked) { begin(save); }
+    if (save->again) { begin(save); } /* asked for since the last pass */
 }
 
 /* The cell holds what it must: on to the next. */
 static void advance(settings_save_t *save, const settings_t *settings)
 {
-    save->tries = 0U;
     if (save->at == 0U && save->wanted == SETTINGS_MAGIC) {
         finish(save);
         return;
     }
     if (++save->at == SETTINGS_RECORD_LEN) {
-        if (!save->differed && !save->asked) {
+        if (!save->again) {
             save->at     = 0U;
             save->wanted = SETTINGS_MAGIC;
             return;
         }
         save->at = 1U;
-        save->passes++;
         begin_pass(save);
     }
     save->wanted = settings_record_next(&save->record, settings);
@@ -90,16 +83,17 @@ settings_cell_t settings_save_step(settings_save_t *save, const settings_t *sett
     const bool erases   = is_magic && save->wanted == SETTINGS_ERASED;
 
     /* The magic is erased in every save, whatever it reads, so that it need only be programmed. */
-    if (cell == save->wanted && !(erases && save->tries == 0U)) {
+    if (cell == save->wanted && !(erases && save->left == WRITES_MAX)) {
         advance(save, settings);
         return SETTINGS_CELL_PASSED;
     }
-    if (save->tries == TRIES_MAX || save->passes == PASSES_MAX) {
+    if (save->left == 0U) {
         if (!begin_slot(save)) { save->state = SETTINGS_SAVE_FAILED; }
         return SETTINGS_CELL_PASSED;
     }
-    save->tries++;
-    save->differed = true;
+    save->left--;
     if (erases) { return SETTINGS_CELL_ERASE; }
-    return is_magic ? SETTINGS_CELL_PROGRAM : SETTINGS_CELL_REPLACE;
+    if (is_magic) { return SETTINGS_CELL_PROGRAM; }
+    save->again = true;
+    return SETTINGS_CELL_REPLACE;
 }

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 from tools.gen.settings_spec import CRC_BYTES, HEAD_BYTES, TYPES, Setting, Settings
-from tools.gen.spec import Spec, c_comment_head
+from tools.gen.spec import Spec, SpecError, c_comment_head
 
 STRUCTS = ("scale", "checkweigher", "temperature")
-PROTECTED = 0x80  # half a place of limits stays below it
+PROTECTED = 0x80  # a place of limits stays below it
+MIRRORED = 0x80  # the least value is minus the greatest
 
 
 def _key(setting: Setting) -> str:
@@ -15,11 +16,9 @@ def _key(setting: Setting) -> str:
 
 
 def _limit_bytes(setting: Setting) -> bytes:
-    mask = (1 << 8 * setting.width) - 1
-    return b"".join(
-        (limit & mask).to_bytes(setting.width, "little")
-        for limit in (setting.minimum, setting.maximum)
-    )
+    """The least value, where it is small, or the mark of minus the greatest; then the greatest."""
+    least = MIRRORED if setting.minimum < 0 else setting.minimum
+    return bytes([least]) + setting.maximum.to_bytes(setting.width, "little")
 
 
 def _limits(settings: Settings) -> tuple[bytes, dict[tuple[int, bytes], int], list[int]]:
@@ -32,6 +31,8 @@ def _limits(settings: Settings) -> tuple[bytes, dict[tuple[int, bytes], int], li
             if setting.width == width and (width, limits) not in places:
                 places[width, limits] = len(table)
                 table += limits
+    if len(table) > PROTECTED:
+        raise SpecError("settings.toml: too many ranges")
     return table, places, begins
 
 
@@ -68,6 +69,7 @@ def header(spec: Spec, settings: Settings) -> str:
         f"    SETTINGS_LIMITS_16     = {begins[1]}, /* where those of 16 bits begin */",
         f"    SETTINGS_LIMITS_32     = {begins[2]},",
         f"    SETTINGS_PROTECTED     = {PROTECTED}, /* not written by key */",
+        f"    SETTINGS_MIRRORED      = {MIRRORED},",
         "};",
         "",
         "/* Keys: for ever. */",
@@ -93,14 +95,15 @@ def header(spec: Spec, settings: Settings) -> str:
         *_members(settings),
         "};",
         "",
-        "/* By key: place in settings_t; half the place of its limits, SETTINGS_PROTECTED. ROM */",
+        "/* By key: place in settings_t; place of its limits, SETTINGS_PROTECTED. ROM */",
         "extern const uint8_t settings_table[SETTINGS_KEYS][2];",
         "",
-        "/* Least and greatest value, each of the type's width, little-endian. ROM */",
+        "/* Least value, or SETTINGS_MIRRORED for minus the greatest; the greatest, in the type's",
+        " * width, little-endian. ROM */",
         "extern const uint8_t settings_limits[SETTINGS_LIMIT_BYTES];",
         "",
-        "/* The factory's values, as a record holds them. ROM */",
-        "extern const uint8_t settings_factory[SETTINGS_PAYLOAD_LEN];",
+        "/* As it leaves the factory. ROM */",
+        "extern const settings_t settings_factory;",
     ]
     return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
 
@@ -108,6 +111,10 @@ def header(spec: Spec, settings: Settings) -> str:
 def _bytes(data: bytes) -> list[str]:
     rows = [data[at : at + 16] for at in range(0, len(data), 16)]
     return ["    " + " ".join(f"0x{byte:02X}," for byte in row) for row in rows]
+
+
+def _literal(one: Setting) -> str:
+    return f"{one.default}U" if one.type[0] == "u" else str(one.default)
 
 
 def source(spec: Spec, settings: Settings) -> str:
@@ -129,11 +136,12 @@ def source(spec: Spec, settings: Settings) -> str:
         lines.append(f'_Static_assert(WIDTH({one.member}) == {one.width}, "as {one.type}");')
     lines += ["", "const uint8_t settings_table[SETTINGS_KEYS][2] PORT_ROM = {"]
     for one in settings.settings:
-        place = places[one.width, _limit_bytes(one)] // 2
+        place = places[one.width, _limit_bytes(one)]
         flag = " | SETTINGS_PROTECTED" if one.by else ""
         lines.append(f"    {{PLACE({one.member}), {place}{flag}}}, /* {one.full_name} */")
     lines += ["};", "", "const uint8_t settings_limits[SETTINGS_LIMIT_BYTES] PORT_ROM = {"]
     lines += [*_bytes(limits), "};", ""]
-    lines += ["const uint8_t settings_factory[SETTINGS_PAYLOAD_LEN] PORT_ROM = {"]
-    lines += [*_bytes(settings.payload), "};", ""]
+    lines += ["const settings_t settings_factory PORT_ROM = {"]
+    lines += [f"    .{one.member} = {_literal(one)}," for one in settings.settings if one.default]
+    lines += ["};", ""]
     return c_comment_head(spec) + "\n".join(lines)

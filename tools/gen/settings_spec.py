@@ -89,8 +89,8 @@ def _limits(entry: dict, choices: Group | None, where: str) -> tuple[int, int]:
     highest = min(lowest + (1 << bits) - 1, VALUE_MAX)
     if not lowest <= low < high <= highest or high < 0:
         raise SpecError(f"{where}: range {low}..{high} does not fit in {entry['type']}")
-    if low < 0 and entry["type"][0] == "u":
-        raise SpecError(f"{where}: {entry['type']} cannot be negative")
+    if not 0 <= low < 1 << 7 and low != -high:
+        raise SpecError(f"{where}: the least value is 0..127 or minus the greatest")
     return low, high
 
 
