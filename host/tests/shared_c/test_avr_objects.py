@@ -16,7 +16,7 @@ WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion"
 # fills RAM.
 LAWFUL = re.compile(
     r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|temperature)_\w+"
-    r"|checkweigher_\w+|faults_\w+"
+    r"|checkweigher_\w+|faults_\w+|settings_\w+"
     r"|__umulhisi3|__muluhisi3|__tablejump2__|__do_copy_data|__do_clear_bss"
 )
 
