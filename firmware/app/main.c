@@ -16,7 +16,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define THERMOMETER_US 1000000UL
+#define THERMOMETER_US       1000000UL
+#define FIRST_TEMPERATURE_US 65536UL /* the part must wake, then measure */
 
 /* Not more than the buffer holds: a host that never stops must not keep the converter waiting. */
 static void receive(void)
@@ -44,7 +45,8 @@ static void measure_temperature(uint32_t now_us)
     static uint32_t asked_us;
     int16_t         centi;
 
-    if (now_us - asked_us >= THERMOMETER_US) {
+    if (now_us - asked_us >=
+        (weighing_awaits_temperature() ? FIRST_TEMPERATURE_US : THERMOMETER_US)) {
         asked_us = now_us;
         thermometer_ask(now_us);
     }

@@ -231,7 +231,7 @@ bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     const uint8_t news = faults_update(&faults, event, conversion->counts);
     if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, faults.held); }
     if ((news & FAULTS_RESTART) != 0U || hx711_state() != HX711_STATE_RUNNING) { restart(); }
-    if ((news & FAULTS_SPOILT) != 0U) { distrust(); }
+    if ((news & FAULTS_SPOILT) != 0U || weighing_awaits_temperature()) { distrust(); }
     if (event != FAULTS_EVENT_CONVERSION) { return false; }
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
@@ -300,8 +300,14 @@ static void note_thermometer(void)
     health_note(MESSAGES_FAULT_FLAG_THERMOMETER, is_fault ? MESSAGES_FAULT_FLAG_THERMOMETER : 0U);
 }
 
+bool weighing_awaits_temperature(void)
+{
+    return setup.temperature.on != 0U && !temperature.known && !is_missing;
+}
+
 void weighing_temperature(int16_t centi)
 {
+    if (!temperature.known && setup.temperature.on != 0U) { restart(); } /* all counts move */
     is_missing = false;
     temperature_update(&temperature, centi);
     note_thermometer();

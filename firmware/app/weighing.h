@@ -58,6 +58,9 @@ void weighing_show(messages_weight_t *weight);
 void weighing_temperature(int16_t centi);
 void weighing_no_temperature(void);
 
+/* Counts are to be corrected, and the first reading may still come: nothing is stable. */
+bool weighing_awaits_temperature(void);
+
 /* Commands. If refused, nothing changes. */
 uint8_t weighing_zero(void);
 uint8_t weighing_tare(void);

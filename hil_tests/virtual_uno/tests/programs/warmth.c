@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Wakes an MPU-6050, then says its temperature in raw counts as a decimal line, ten a second; `none`
- * where nobody answers. */
+/* Wakes an MPU-6050, then says its temperature in raw counts as a decimal line, ten a second;
+ * `none` where nobody answers. */
 #include <avr/io.h>
 #include <stdlib.h>
 #include <util/delay.h>
