@@ -62,7 +62,9 @@ class Analysis:
     rate_hz: float
     interval_ms: np.ndarray  # (n-1,) between neighbouring conversions; NaN across a loss
     steps: list[Step]
-    plateaus: list[tuple[int, int]]  # settled parts, [begin, end) in samples
+    spans: list[tuple[int, int]]  # from one step to the next, [begin, end) in samples
+    settled: list[tuple[int, int]]  # of each the part that tells its level
+    plateaus: list[tuple[int, int]]  # those that tell noise
     noise_rms_g: dict[str, float]
     noise_p2p_g: dict[str, float]
     truth_error_g: dict[str, float] = field(default_factory=dict)  # rms when settled
@@ -95,6 +97,8 @@ def analyse(recording: Recording, truth: Truth | None = None) -> Analysis:
         rate_hz=rate_hz,
         interval_ms=interval_ms,
         steps=_steps(t_s, stages_g, edges_s, spans, settled),
+        spans=spans,
+        settled=settled,
         plateaus=plateaus,
         noise_rms_g={stage: noise_rms(stages_g[stage], plateaus) for stage in STAGES},
         noise_p2p_g={stage: noise_p2p(stages_g[stage], plateaus) for stage in STAGES},
