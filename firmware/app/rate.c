@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "rate.h"
 
-/* Longer than the driver waits for any conversion; 63 of them sum up to less than 2^24. */
-#define INTERVAL_LIMIT_US (1UL << 18)
+/* No HX711 is faster than 144 Hz or slower than 9; 63 of the longest sum up to less than 2^24. */
+#define INTERVAL_MIN_US 6250UL   /* 160 Hz */
+#define INTERVAL_MAX_US 200000UL /* 5 Hz */
 
 void rate_init(rate_t *rate)
 {
@@ -27,9 +28,14 @@ static bool is_within(uint32_t period_us, uint32_t interval_us, uint32_t toleran
     return interval_us + tolerance_us >= period_us && interval_us <= period_us + tolerance_us;
 }
 
+static bool is_possible(uint32_t interval_us)
+{
+    return interval_us - INTERVAL_MIN_US <= INTERVAL_MAX_US - INTERVAL_MIN_US;
+}
+
 bool rate_update(rate_t *rate, uint32_t interval_us)
 {
-    if (interval_us >= INTERVAL_LIMIT_US) { return false; }
+    if (!is_possible(interval_us)) { return false; }
     if (rate->period_us == 0U) {
         start_over(rate, interval_us);
         return false;
@@ -38,7 +44,7 @@ bool rate_update(rate_t *rate, uint32_t interval_us)
         const bool was_known = is_known(rate);
         const bool shorter   = interval_us < rate->period_us && !was_known;
         rate->refused++;
-        if (!shorter && rate->refused < RATE_START_INTERVALS) { return false; }
+        if (!shorter && rate->refused < RATE_REFUSALS) { return false; }
         start_over(rate, interval_us);
         return was_known;
     }
@@ -82,7 +88,8 @@ uint32_t rate_hz_q16(const rate_t *rate)
 
 bool rate_is_next(const rate_t *rate, uint32_t interval_us)
 {
-    return !is_known(rate) || is_within(rate->period_us, interval_us, rate->period_us >> 6);
+    if (!is_known(rate)) { return is_possible(interval_us); }
+    return is_within(rate->period_us, interval_us, rate->period_us >> 6);
 }
 
 uint8_t rate_missed(const rate_t *rate, uint32_t interval_us)

@@ -6,8 +6,8 @@
  *           stamps enters twice however many intervals there are. After 64 the older half fades.
  * Start     16 intervals in agreement. Lost conversions make intervals longer, never shorter: until
  *           then a shorter one than the candidate takes its place.
- * Formats   intervals: us, below 2^18 (the slowest rate is 3.8 Hz)    rate: Hz, Q16
- * Bad data  what is longer or disagrees is left out; 16 in a row that disagree are a new rate
+ * Formats   intervals: us, 6250..200000 (160..5 Hz)    rate: Hz, Q16
+ * Bad data  what is beyond that or disagrees is left out; 4 in a row that disagree are a new rate
  * Context   single caller, not from an ISR
  */
 #ifndef RATE_H
@@ -16,7 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { RATE_START_INTERVALS = 16, RATE_MAX_INTERVALS = 64 };
+enum { RATE_START_INTERVALS = 16, RATE_MAX_INTERVALS = 64, RATE_REFUSALS = 4 };
 
 typedef struct {
     uint32_t period_us; /* candidate, later the mean as of the last refresh; 0: none yet */
@@ -35,7 +35,8 @@ uint32_t rate_period_us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
 
 /* Whether conversions interval_us apart follow one another on the converter's beat: one period
- * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do. */
+ * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do that an HX711
+ * can give. */
 bool rate_is_next(const rate_t *rate, uint32_t interval_us);
 
 /* Conversions missing between two that came interval_us apart; 0 while the rate is not known. */
