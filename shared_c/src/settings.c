@@ -59,13 +59,13 @@ settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t 
 settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
 {
     if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
-    const uint8_t  place  = limits_of(key);
+    const uint8_t place = limits_of(key);
+    if (place >= SETTINGS_PROTECTED) { return SETTINGS_WRITE_PROTECTED; }
     const uint8_t *limits = &settings_limits[place];
     const uint8_t  width  = width_of(place);
     uint8_t       *bytes  = (uint8_t *)settings + place_of(key);
     int32_t        most   = 0;
 
-    if (place >= SETTINGS_PROTECTED) { return SETTINGS_WRITE_PROTECTED; }
     for (uint8_t at = width; at != 0U; --at) { most = most << 8 | port_rom_u8(&limits[at]); }
     const uint8_t mark  = port_rom_u8(limits);
     const int32_t least = mark == SETTINGS_MIRRORED ? -most : (int32_t)mark;
