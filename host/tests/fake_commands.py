@@ -199,7 +199,7 @@ class Commands:
             raise Refused(Result.NOTHING_THERE)
         setting = SETTINGS[command.key]
         if setting.by:
-            raise Refused(Result.WRONG_STATE)
+            raise Refused(Result.WRITE_PROTECTED)
         if not setting.minimum <= command.value <= setting.maximum:
             raise Refused(Result.OUT_OF_RANGE)
         self._put(setting, command.value)

@@ -65,7 +65,7 @@ def test_tare_without_a_container_is_refused_with_what_to_do():
         if done.exit_code == 0:
             pytest.fail(f"nothing was tared: {done.output}")
     assert_fails(done, 6, "there is nothing to tare")
-    assert "--zero" in done.stderr
+    assert "terazi watch" in done.stderr
 
 
 def test_tare_names_the_fault_that_keeps_it():

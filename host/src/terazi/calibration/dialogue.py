@@ -22,7 +22,8 @@ from terazi.link.generated.messages import Point, SaveSettings
 from terazi.models.scale import mass_mg as curve_mass_mg
 from terazi.units import counts_from_q7
 
-# A load counts as changed when the weight is further than this from that of the point before.
+# A load counts as changed when the weight is further than this from that of the point before, in
+# the e that held until now.
 CHANGED_E = 5
 CHANGED_WAIT_S = 2.0  # so long a person's Enter may come before the mass
 POINTS_USUAL = 2
@@ -63,6 +64,7 @@ class _Dialogue:
         self.talk = Talk(balance, terminal)
         self.session = Session(balance)
         self.max_mg = self.interval_mg = 0
+        self._changed_mg = 0.0  # by the old calibration, what is another load
         self._old_points: list[Point] = []
         self._last_net_mg: int | None = None  # of the weight when the last point was taken
         self._empty_mg = 0.0  # by the old calibration, of the first point
@@ -71,18 +73,17 @@ class _Dialogue:
         self.balance.quiet_stream()
         now = read_settings(self.balance.link, scale_range.RANGE_SETTINGS)
         self._old_points = self.balance.points()
+        self._changed_mg = CHANGED_E * now["scale.interval_mg"]
         self._tell_what_is(now)
         self._agree_range(now)
+        # Max and e come last: until then the board judges by the curve and the e that belong
+        # together, and there is nothing to put back.
+        with self.session:
+            self._take_all()
+            held = self._finish()
         changes = scale_range.changes(self.max_mg, self.interval_mg, now)
-        old = apply_settings(self.balance.link, changes)
-        try:
-            with self.session:
-                self._take_all()
-                held = self._finish()
-        except BaseException:
-            apply_settings(self.balance.link, old)
-            raise
         if changes:
+            apply_settings(self.balance.link, changes)
             self.balance.obey(SaveSettings())
         saved = self.balance.wait_saved()
         self.talk.tell(
@@ -210,7 +211,7 @@ class _Dialogue:
             self.balance.follow()
             self.talk.show(self.balance)
             weight = self.balance.weight
-            if weight and abs(weight.net_mg - self._last_net_mg) > CHANGED_E * self.interval_mg:
+            if weight and abs(weight.net_mg - self._last_net_mg) > self._changed_mg:
                 return
             if self.balance.link.now_s() >= end_s:
                 if self.plan.asks:

@@ -9,6 +9,7 @@ from terazi.control.balance import Balance
 from terazi.control.quantities import parse_mass_mg, show_mass
 from terazi.errors import Aborted, CommandRefused, UsageError
 from terazi.link.generated.messages import Weight, WeightFlag
+from terazi.units import g_from_mg
 
 ABORT = "end; the scale stays as it was"
 
@@ -52,7 +53,7 @@ class Talk:
     ) -> int:
         """A mass typed until nothing speaks against it; in gram without a unit."""
         while True:
-            text = self.terminal.ask(question, show_mass(default_mg, 10).replace(" ", ""))
+            text = self.terminal.ask(question, f"{g_from_mg(default_mg):.10g}g")
             self.balance.fresh()
             try:
                 mass_mg = parse_mass_mg(text)

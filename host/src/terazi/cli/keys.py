@@ -23,7 +23,8 @@ class Keys:
         if self.is_there:
             self._file = sys.stdin.fileno()
             self._before = termios.tcgetattr(self._file)
-            tty.setcbreak(self._file)
+            # Not the default, which would throw away a key that was pressed early.
+            tty.setcbreak(self._file, termios.TCSADRAIN)
         return self
 
     def __exit__(

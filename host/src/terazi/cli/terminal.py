@@ -12,7 +12,7 @@ from terazi.cli.keys import Keys
 from terazi.errors import Aborted
 
 STYLES = {"": "", "good": "green", "warn": "yellow", "bad": "bold red", "soft": "dim"}
-ENTER = ("\r", "\n")
+ENTER = frozenset("\r\n")
 
 
 class RichTerminal:
@@ -67,9 +67,11 @@ class RichTerminal:
             if not keys.is_there:
                 self._line("")
                 return
-            while not any(key in keys.pressed() for key in ENTER):
-                self.live(turn())
-        self.live("")
+            try:
+                while not ENTER.intersection(keys.pressed()):
+                    self.live(turn())
+            finally:
+                self.live("")
 
     def live(self, text: str) -> None:
         if not text:

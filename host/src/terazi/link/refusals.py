@@ -66,13 +66,18 @@ WORDS = {
         "e is at most Max / 16 and the stable band at most e / 2; under and step are at most Max; "
         "the display's division must suit Max; leave is below enter, and class limits rise.",
     ),
+    Result.WRITE_PROTECTED: (
+        "it is not set by hand",
+        "Points are written by `terazi calibrate`, zero and tare by `terazi tare`.",
+    ),
 }
 
 # Where a result says more of one command.
 SPECIAL = {
     (Tare, Result.OUT_OF_RANGE): (
         "there is nothing to tare, or it is more than Max",
-        "Put the empty container on first; what is below zero wants `--zero`.",
+        "Opening the port starts the board, and up to 10 % of Max that lies there then is zero "
+        "already: put the container on afterwards, as in `terazi watch`, key t.",
     ),
     (Zero, Result.OUT_OF_RANGE): (
         "the load is further than 2 % of Max from the zero at the start",
