@@ -81,9 +81,10 @@ uint8_t weighing_calibrate_begin(void)
     return MESSAGES_RESULT_OK;
 }
 
+/* Steady, not stable: by the old curve the load may well lie beyond Max, or far below zero. */
 uint8_t weighing_calibrate_point(messages_point_t *point)
 {
-    if ((weighing_scale.flags & SCALE_STABLE) == 0U) { return MESSAGES_RESULT_NOT_STABLE; }
+    if (!weighing_scale.steady) { return MESSAGES_RESULT_NOT_STABLE; }
     point->counts_q7 = weighing_last_counts_q7;
     return calibration_put(&weighing_beside.calibration, point);
 }
