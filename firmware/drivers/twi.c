@@ -10,16 +10,13 @@
 
 /* Status codes, ATmega328P datasheet, tables 21-3 and 21-4; the prescaler's bits are 0. */
 enum {
-    START         = 0x08,
-    RESTART       = 0x10,
-    WRITE_ACKED   = 0x18,
-    WRITE_REFUSED = 0x20,
-    SENT_ACKED    = 0x28,
-    SENT_REFUSED  = 0x30,
-    READ_ACKED    = 0x40,
-    READ_REFUSED  = 0x48,
-    GOT_MORE      = 0x50,
-    GOT_LAST      = 0x58
+    START       = 0x08,
+    RESTART     = 0x10,
+    WRITE_ACKED = 0x18,
+    SENT_ACKED  = 0x28,
+    READ_ACKED  = 0x40,
+    GOT_MORE    = 0x50,
+    GOT_LAST    = 0x58
 };
 
 enum {
@@ -63,19 +60,18 @@ ISR(TWI_vect)
             ended = TWI_IDLE;
         }
         break;
-    case GOT_MORE: *next++ = TWDR; /* fall through */
+    case GOT_MORE:
+    case GOT_LAST:
+        *next++ = TWDR;
+        if (read_left == 0U) {
+            ended = TWI_IDLE;
+            break;
+        } /* fall through */
     case READ_ACKED:
         read_left--;
         if (read_left != 0U) { control |= _BV(TWEA); }
         break;
-    case GOT_LAST:
-        *next = TWDR;
-        ended = TWI_IDLE;
-        break;
-    case WRITE_REFUSED:
-    case SENT_REFUSED:
-    case READ_REFUSED: ended = TWI_REFUSED; break;
-    default: ended = TWI_FAILED; break; /* bus error, arbitration lost */
+    default: ended = TWI_REFUSED; break; /* not acknowledged; bus error, arbitration lost */
     }
     if (ended != TWI_BUSY) {
         control = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
@@ -150,8 +146,10 @@ twi_status_t twi_poll(uint32_t now_us)
     if (state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
         const uint16_t late_us = (uint16_t)((uint16_t)now_us - begun_us - TIMEOUT_US);
         /* What an interrupt has begun since the caller looked at the clock is not late. */
-        if (late_us < 60000U) { state = TWI_FAILED; }
+        if (late_us < 60000U) {
+            recover();
+            state = TWI_FAILED;
+        }
     }
-    if (state == TWI_FAILED && (TWCR & _BV(TWEN)) != 0U) { recover(); }
     return state;
 }

@@ -9,8 +9,8 @@
  * Recovery  the TWI lets go; up to 20 clocks until SDA is high, so that a part that was reading
  *           shifts its byte out; STOP; the TWI takes over. A line that stays low leaves the bus as
  *           it is: the next transfer is given up as well
- * Bad data  an address or a byte not acknowledged: refused, with a STOP, at once. A bus error or
- *           arbitration lost, as by a spike: given up, recovered. Both are counted
+ * Bad data  an address or a byte not acknowledged, a bus error, arbitration lost: refused, with a
+ *           STOP, at once; if a line is stuck, the next transfer is given up
  * Context   main loop, and interrupt handlers for twi_begin; TWI interrupt is the driver's own and
  *           posts work for the main loop when a transfer has ended.  Cost: firmware/budget.toml
  */
@@ -23,7 +23,7 @@
 typedef enum {
     TWI_IDLE,    /* the last transfer, if any, was done */
     TWI_BUSY,    /* under way */
-    TWI_REFUSED, /* not acknowledged: nobody there */
+    TWI_REFUSED, /* ended early: nobody there, or a spike on the line */
     TWI_FAILED   /* given up, the bus was recovered */
 } twi_status_t;
 
