@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
 """mpu6050 and mpu6050_motion: samples at full rate, identity, self-test, loss and return."""
 
+import os
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+from terazi.applications.attitude.trials import find_trials, load_trial
 
 ABSENT, RUNNING = 0, 2
 SAMPLE = struct.Struct("<3hh3hI")  # mpu6050_sample_t; the chip pads nothing
@@ -186,3 +190,28 @@ def test_self_test_of_the_simulated_part_passes(program):
         answers.append(np.array(taken(motion)[-1][:7]))
     trim = motion.board.imu.registers[0x0D:0x11]
     assert judged(motion, trim, answers[1] - answers[0])
+
+
+def test_a_recording_played_into_the_part_reaches_the_program_sample_by_sample(program):
+    folder = os.environ.get("TERAZI_DATA")
+    if not folder:
+        pytest.skip("TERAZI_DATA is unset: no recording of an IMU to play")
+    trial = load_trial(find_trials(Path(folder) / "attitude" / "broad")[0])
+    acc, gyro = (each[:1500] for each in (trial.acc_b_counts, trial.gyro_b_counts))
+    motion = program("motion.c", ("mpu6050", "mpu6050_motion"), "-DSETUP=mpu6050_motion_500hz")
+    motion.board.imu.fit()
+    motion.board.run(0.2)
+    motion.board.imu.play(acc, gyro, np.arange(len(acc)))
+    before, seen = motion.number("count", 4), []
+    while motion.board.imu.played < len(acc) - 1:
+        motion.board.run(0.016)
+        fresh = motion.number("count", 4) - before
+        before += fresh
+        seen += taken(motion)[-fresh:] if fresh else []
+    rows = {each[3]: each for each in seen if 0 <= each[3] < len(acc)}
+    numbers = sorted(rows)
+    assert len(numbers) >= len(acc) - 16
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    wanted = np.hstack([acc, gyro])[numbers]
+    got = np.array([[*rows[n][:3], *rows[n][4:7]] for n in numbers])
+    assert np.array_equal(got, wanted)
