@@ -8,11 +8,6 @@
 
 #include <stdint.h>
 
-static inline void counter_add(uint16_t *counter, uint16_t events)
-{
-    const uint16_t room = (uint16_t)(UINT16_MAX - *counter);
-
-    *counter = (uint16_t)(*counter + (events < room ? events : room));
-}
+void counter_add(uint16_t *counter, uint16_t events);
 
 #endif

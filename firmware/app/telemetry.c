@@ -16,6 +16,9 @@
 #include "watchdog.h"
 #include "weighing.h"
 
+#include <stddef.h>
+#include <string.h>
+
 #define SECOND_US 1000000UL
 #define WEIGHT_US 100000UL /* 10 a second */
 
@@ -26,6 +29,9 @@ enum {
      * cannot keep out what is streamed. */
     ANSWERS_LEAVE = 32 + TEXT_LINE_MAX
 };
+
+/* Where gcc would copy functions into others, or their room on the stack into main's. */
+#define COMPACT __attribute__((noinline))
 
 /* The drivers know nothing of the wire; these say that both count alike. */
 _Static_assert((int)HX711_STATE_SETTLING == (int)MESSAGES_CONVERTER_STATE_SETTLING &&
@@ -46,6 +52,20 @@ _Static_assert(sizeof(messages_hello_t) == MESSAGES_HELLO_LEN &&
                    sizeof(messages_sample_t) == MESSAGES_SAMPLE_LEN &&
                    sizeof(messages_weight_t) == MESSAGES_WEIGHT_LEN,
                "no padding");
+
+/* Counters stand in STATUS as their owners have them, in the same order. */
+_Static_assert(sizeof(hx711_counters_t) == offsetof(messages_status_t, conversions_missed) -
+                                               offsetof(messages_status_t, conversions) &&
+                   sizeof(weighing_counters_t) ==
+                       offsetof(messages_status_t, tx_frames_dropped) -
+                           offsetof(messages_status_t, conversions_missed) &&
+                   offsetof(messages_status_t, converter_bad_frames) -
+                           offsetof(messages_status_t, conversions) ==
+                       offsetof(hx711_counters_t, bad_frames) &&
+                   offsetof(messages_status_t, kf_clipped) -
+                           offsetof(messages_status_t, conversions_missed) ==
+                       offsetof(weighing_counters_t, kf_clipped),
+               "STATUS");
 
 static uint8_t  stream_mask;
 static bool     text_mode;
@@ -80,8 +100,8 @@ static bool refuse(uint8_t len, uint8_t leave)
     return full;
 }
 
-static __attribute__((noinline)) void send(uint8_t id, uint32_t device_us, const void *payload,
-                                           uint8_t payload_len, uint8_t leave)
+static COMPACT void send(uint8_t id, uint32_t device_us, const void *payload, uint8_t payload_len,
+                         uint8_t leave)
 {
     uint8_t       wire[1 + FRAME_WIRE_MAX] = {0}; /* a delimiter, if one is needed, goes before */
     const frame_t frame                    = {.id          = id,
@@ -114,7 +134,7 @@ void telemetry_answer(uint8_t id, const void *message, uint8_t len)
     send(id, ticks_device_us(), message, len, ANSWERS_LEAVE);
 }
 
-__attribute__((noinline)) void telemetry_hello(void)
+COMPACT void telemetry_hello(void)
 {
     const messages_hello_t hello = {.protocol_fingerprint  = MESSAGES_FINGERPRINT,
                                     .version_major         = VERSION_MAJOR,
@@ -133,31 +153,24 @@ __attribute__((noinline)) void telemetry_hello(void)
     telemetry_answer(MESSAGES_HELLO_ID, &hello, sizeof hello);
 }
 
-static __attribute__((noinline)) void send_status(uint8_t leave)
+static COMPACT void send_status(uint8_t leave)
 {
-    const hx711_counters_t   *converter = hx711_counters();
-    const weighing_counters_t chain     = weighing_counters();
-    const messages_status_t   status    = {.uptime_s              = uptime_s,
-                                           .converter_state       = (uint8_t)hx711_state(),
-                                           .converter_rate_hz_q16 = weighing_rate_hz_q16(),
-                                           .conversions           = converter->conversions,
-                                           .settling_dropped      = converter->settling_dropped,
-                                           .converter_timeouts    = converter->timeouts,
-                                           .converter_bad_frames  = converter->bad_frames,
-                                           .conversions_missed    = chain.conversions_missed,
-                                           .at_rail               = chain.at_rail,
-                                           .fir_clipped           = chain.fir_clipped,
-                                           .kf_clipped            = chain.kf_clipped,
-                                           .tx_frames_dropped     = frames_dropped,
-                                           .rx_overruns           = uart_rx_overruns(),
-                                           .rx_bad_frames         = rx_bad_frames,
-                                           .stack_free_bytes      = stack_free,
-                                           .cpu_busy_permille     = cpu_busy_permille,
-                                           .faults                = health_faults(),
-                                           .faults_seen           = health_seen(),
-                                           .settings_state        = store_state(),
-                                           .settings_saved        = store_sequence()};
+    messages_status_t status;
 
+    status.uptime_s              = uptime_s;
+    status.converter_state       = (uint8_t)hx711_state();
+    status.converter_rate_hz_q16 = weighing_rate_hz_q16();
+    memcpy(&status.conversions, hx711_counters(), sizeof(hx711_counters_t));
+    memcpy(&status.conversions_missed, weighing_counters(), sizeof(weighing_counters_t));
+    status.tx_frames_dropped = frames_dropped;
+    status.rx_overruns       = uart_rx_overruns();
+    status.rx_bad_frames     = rx_bad_frames;
+    status.stack_free_bytes  = stack_free;
+    status.cpu_busy_permille = cpu_busy_permille;
+    status.faults            = health_faults();
+    status.faults_seen       = health_seen();
+    status.settings_state    = store_state();
+    status.settings_saved    = store_sequence();
     send(MESSAGES_STATUS_ID, ticks_device_us(), &status, sizeof status, leave);
 }
 
@@ -166,7 +179,7 @@ void telemetry_status(void)
     send_status(ANSWERS_LEAVE);
 }
 
-static __attribute__((noinline)) void stream_weight(uint32_t now_us)
+static COMPACT void stream_weight(uint32_t now_us)
 {
     messages_weight_t weight;
 
@@ -177,7 +190,7 @@ static __attribute__((noinline)) void stream_weight(uint32_t now_us)
     stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight, sizeof weight);
 }
 
-static __attribute__((noinline)) void stream_events(void)
+static COMPACT void stream_events(void)
 {
     union {
         messages_step_t    step;
@@ -195,13 +208,19 @@ static __attribute__((noinline)) void stream_events(void)
     }
 }
 
+static COMPACT void send_sample_line(const messages_sample_t *sample)
+{
+    text_line_t line;
+
+    if (refuse(TEXT_LINE_MAX, STREAM_LEAVES)) { return; }
+    text_sample(&line, sample);
+    send_line(&line);
+}
+
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
 {
     if (text_mode && (stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) != 0U) {
-        text_line_t line;
-        if (refuse(TEXT_LINE_MAX, STREAM_LEAVES)) { return; }
-        text_sample(&line, sample);
-        send_line(&line);
+        send_sample_line(sample);
         return;
     }
     stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample, sizeof *sample);
@@ -224,7 +243,7 @@ static void close_second(uint32_t elapsed_us)
 }
 
 /* Whole, for the tests that hold the main loop up break in here. */
-__attribute__((noinline)) void telemetry_tick(uint32_t now_us)
+COMPACT void telemetry_tick(uint32_t now_us)
 {
     if (now_us - second_us >= SECOND_US) {
         second_us += SECOND_US;
@@ -243,7 +262,7 @@ __attribute__((noinline)) void telemetry_tick(uint32_t now_us)
     }
 }
 
-void telemetry_info_lines(void)
+COMPACT void telemetry_info_lines(void)
 {
     text_line_t line;
 
@@ -254,7 +273,7 @@ void telemetry_info_lines(void)
     send_line(&line);
 }
 
-void telemetry_answer_line(const char *word, uint8_t result)
+COMPACT void telemetry_answer_line(const char *word, uint8_t result)
 {
     text_line_t line;
 

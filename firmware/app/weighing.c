@@ -10,10 +10,12 @@
 #include "setup.h"
 #include "temperature.h"
 #include "weighing_internal.h"
+
 #include "weight_kf.h"
 #include "weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
 #include "weight_kf_gains.h"
+#include <stddef.h>
 
 #define ONE_Q7  (1L << WEIGHT_KF_FRACTION_BITS)
 #define HALF_Q7 (ONE_Q7 / 2)
@@ -36,41 +38,41 @@ _Static_assert((int)SCALE_STABLE == (int)MESSAGES_WEIGHT_FLAG_STABLE &&
                    (int)SCALE_FROZEN == (int)MESSAGES_WEIGHT_FLAG_FROZEN,
                "weight_flag in messages.toml");
 
-static fir_t fir;
+/* A window has room for twice the taps of this design, so long as its configuration is a copy: the
+ * rest of it serves for what else there is (fir.h, Two ways). */
+typedef struct {
+    uint8_t taken[offsetof(fir_t, window) + FIR_SAMPLE_BYTES * WEIGHING_FIR_TAPS];
+    union {
+        weight_kf_t          constant;
+        weight_kf_adaptive_t adaptive;
+    } kf; /* as kf_kind says */
+    faults_t      faults;
+    temperature_t temperature;
+    rate_t        rate;
+} rest_t;
+
 static union {
-    weight_kf_t          constant;
-    weight_kf_adaptive_t adaptive;
-} kf;                                    /* as kf_kind says */
+    fir_t  fir;
+    rest_t rest;
+} shared;
+
+_Static_assert(sizeof(rest_t) <= sizeof(fir_t), "it fits in the window");
+
+static fir_config_t         design;
 static uint8_t              chain_order; /* MESSAGES_CHAIN_ORDER_..., of the run under way */
 static uint8_t              kf_kind;     /* MESSAGES_KF_KIND_..., of the run under way */
 scale_t                     weighing_scale;
 weighing_beside_t           weighing_beside;
 bool                        weighing_calibrating;
 int32_t                     weighing_last_counts_q7;
-static checkweigher_event_t product; /* what the last sample meant to the checkweigher */
-static temperature_t        temperature;
+static checkweigher_event_t product;    /* what the last sample meant to the checkweigher */
 static bool                 is_missing; /* the thermometer does not answer */
-static faults_t             faults;
-static rate_t               rate;
-static weighing_counters_t  counters; /* clipped: of the runs before the present one */
+static weighing_counters_t  counters;
 static bool                 primed;   /* the filters hold a run of samples */
 static bool                 has_beat; /* previous_us is of the conversion just before */
 static uint32_t             previous_us;
 static bool                 gap;          /* conversions are missing before the next sample */
 static uint16_t             missed_total; /* modulo 65536, unlike the counter */
-
-/* The filters' own counts, beside those of the runs before. */
-weighing_counters_t weighing_counters(void)
-{
-    weighing_counters_t now = counters;
-
-    if (primed) {
-        counter_add(&now.fir_clipped, fir.clipped);
-        counter_add(&now.kf_clipped, kf_kind == MESSAGES_KF_KIND_ADAPTIVE ? kf.adaptive.clipped
-                                                                          : kf.constant.clipped);
-    }
-    return now;
-}
 
 /* No weight until what comes now has settled. */
 static COMPACT void distrust(void)
@@ -82,7 +84,6 @@ static COMPACT void distrust(void)
 /* What follows is not connected with what was: the next conversion starts the filters anew. */
 static COMPACT void restart(void)
 {
-    if (primed) { counters = weighing_counters(); } /* the filters' own are about to start at 0 */
     primed = false;
     distrust();
 }
@@ -103,14 +104,14 @@ COMPACT bool weighing_renew_checkweigher(void)
 static COMPACT bool renew_temperature(void)
 {
     if (!temperature_is_lawful(&setup.temperature)) { return false; }
-    temperature_refresh(&temperature);
+    temperature_refresh(&shared.rest.temperature);
     return true;
 }
 
 static COMPACT void renew_chain(void)
 {
     hx711_set_gain((hx711_gain_t)setup.gain);
-    faults_pause(&faults);
+    faults_pause(&shared.rest.faults);
     restart();
 }
 
@@ -121,9 +122,9 @@ bool weighing_setup(bool running)
 
     weighing_calibrating = false;
     if (!running) {
-        rate_init(&rate);
-        faults_init(&faults);
-        temperature_init(&temperature, &setup.temperature);
+        rate_init(&shared.rest.rate);
+        faults_init(&shared.rest.faults);
+        temperature_init(&shared.rest.temperature, &setup.temperature);
     }
     if (weighing_renew(setup.zero_mg, setup.tare_mg, firm) != SCALE_OK ||
         !weighing_renew_checkweigher() || !renew_temperature()) {
@@ -155,31 +156,51 @@ static bool take_time(uint32_t device_us)
     previous_us = device_us;
     has_beat    = true;
     if (!had_beat) { return true; }
-    const bool    on_beat = rate_is_next(&rate, interval_us);
-    const uint8_t missed  = rate_missed(&rate, interval_us);
+    const bool    on_beat = rate_is_next(&shared.rest.rate, interval_us);
+    const uint8_t missed  = rate_missed(&shared.rest.rate, interval_us);
     if (missed != 0U) {
         counter_add(&counters.conversions_missed, missed);
         missed_total = (uint16_t)(missed_total + missed);
         gap          = true;
     }
-    if (rate_update(&rate, interval_us)) { hx711_set_period_us(rate_period_us(&rate)); }
+    if (rate_update(&shared.rest.rate, interval_us)) {
+        hx711_set_period_us(rate_period_us(&shared.rest.rate));
+    }
     return on_beat;
+}
+
+/* What a filter has counted goes to where no restart clears it. */
+static COMPACT void gather(uint16_t *total, uint16_t *clipped)
+{
+    counter_add(total, *clipped);
+    *clipped = 0;
 }
 
 static COMPACT int32_t run_fir(int32_t counts)
 {
-    if (!primed) { fir_init(&fir, &fir_lowpass32, counts); }
-    return fir_update(&fir, counts);
+    if (!primed) {
+        design = fir_lowpass32;
+        fir_init(&shared.fir, &design, counts);
+    }
+    const int32_t filtered = fir_update(&shared.fir, counts);
+    gather(&counters.fir_clipped, &shared.fir.clipped);
+    return filtered;
 }
 
 static COMPACT int32_t run_kf(int32_t counts)
 {
     if (kf_kind == MESSAGES_KF_KIND_ADAPTIVE) {
-        if (!primed) { weight_kf_adaptive_init(&kf.adaptive, &weight_kf_adaptive_default, counts); }
-        return weight_kf_adaptive_update(&kf.adaptive, counts);
+        if (!primed) {
+            weight_kf_adaptive_init(&shared.rest.kf.adaptive, &weight_kf_adaptive_default, counts);
+        }
+        weight_kf_adaptive_update(&shared.rest.kf.adaptive, counts);
+        gather(&counters.kf_clipped, &shared.rest.kf.adaptive.clipped);
+        return shared.rest.kf.adaptive.estimate_counts_q7;
     }
-    if (!primed) { weight_kf_init(&kf.constant, &weight_kf_default, counts); }
-    return weight_kf_update(&kf.constant, counts);
+    if (!primed) { weight_kf_init(&shared.rest.kf.constant, &weight_kf_default, counts); }
+    weight_kf_update(&shared.rest.kf.constant, counts);
+    gather(&counters.kf_clipped, &shared.rest.kf.constant.clipped);
+    return shared.rest.kf.constant.estimate_counts_q7;
 }
 
 static void filter(messages_sample_t *sample)
@@ -216,8 +237,8 @@ static uint8_t sample_flags(int32_t counts)
     return flags;
 }
 
-bool weighing_take(messages_sample_t *sample, hx711_status_t status,
-                   const hx711_conversion_t *conversion)
+COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
+                           const hx711_conversion_t *conversion)
 {
     const uint32_t device_us = conversion->device_us;
     faults_event_t event     = (faults_event_t)status;
@@ -228,15 +249,15 @@ bool weighing_take(messages_sample_t *sample, hx711_status_t status,
         hx711_distrust();
         event = FAULTS_EVENT_OFF_BEAT;
     }
-    const uint8_t news = faults_update(&faults, event, conversion->counts);
-    if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, faults.held); }
+    const uint8_t news = faults_update(&shared.rest.faults, event, conversion->counts);
+    if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, shared.rest.faults.held); }
     if ((news & FAULTS_RESTART) != 0U || hx711_state() != HX711_STATE_RUNNING) { restart(); }
     if ((news & FAULTS_SPOILT) != 0U || weighing_awaits_temperature()) { distrust(); }
     if (event != FAULTS_EVENT_CONVERSION) { return false; }
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
     sample->flags      = sample_flags(conversion->counts);
-    sample->raw_counts = temperature_correct(&temperature, conversion->counts);
+    sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
     const int32_t raw_mass_mg = scale_mass(&weighing_scale, sample->raw_counts * ONE_Q7);
     scale_look(&weighing_scale, raw_mass_mg);
@@ -289,8 +310,9 @@ void weighing_show(messages_weight_t *weight)
     weight->pieces       = scale_pieces(&weighing_scale);
     weight->calibrating  = weighing_calibrating ? (uint8_t)(weighing_beside.calibration.count + 1U)
                                                 : 0U;
-    weight->temperature_centi = temperature.known && !is_missing ? temperature_centi(&temperature)
-                                                                 : INT32_MIN;
+    weight->temperature_centi = shared.rest.temperature.known && !is_missing
+                                    ? temperature_centi(&shared.rest.temperature)
+                                    : INT32_MIN;
 }
 
 static void note_thermometer(void)
@@ -302,14 +324,16 @@ static void note_thermometer(void)
 
 bool weighing_awaits_temperature(void)
 {
-    return setup.temperature.on != 0U && !temperature.known && !is_missing;
+    return setup.temperature.on != 0U && !shared.rest.temperature.known && !is_missing;
 }
 
 void weighing_temperature(int16_t centi)
 {
-    if (!temperature.known && setup.temperature.on != 0U) { restart(); } /* all counts move */
+    if (!shared.rest.temperature.known && setup.temperature.on != 0U) {
+        restart();
+    } /* all counts move */
     is_missing = false;
-    temperature_update(&temperature, centi);
+    temperature_update(&shared.rest.temperature, centi);
     note_thermometer();
 }
 
@@ -319,7 +343,12 @@ void weighing_no_temperature(void)
     note_thermometer();
 }
 
+const weighing_counters_t *weighing_counters(void)
+{
+    return &counters;
+}
+
 uint32_t weighing_rate_hz_q16(void)
 {
-    return rate_hz_q16(&rate);
+    return rate_hz_q16(&shared.rest.rate);
 }

@@ -80,7 +80,7 @@ uint8_t weighing_calibrate_abort(void);
 /* The point of this index: of those taken so far, or of those in force. */
 uint8_t weighing_point(messages_point_t *point);
 
-uint32_t            weighing_rate_hz_q16(void);
-weighing_counters_t weighing_counters(void);
+uint32_t                   weighing_rate_hz_q16(void);
+const weighing_counters_t *weighing_counters(void);
 
 #endif

@@ -7,6 +7,6 @@
 
 #define PORT_OUTLINE __attribute__((noinline))
 
-#pragma GCC optimize("O2")
+#pragma GCC optimize("O2,gcse,move-loop-invariants")
 
 #endif

@@ -20,7 +20,11 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / ".build"
 WINDOW = 32
 DEFAULT = BUILD / "firmware/firmware/port/generated/port_fir_default.S.o"
-OTHER_RUNNER = BUILD / "target_vectors/runner_scale.o"  # serves in place of runner.o
+# Each serves in place of runner.o, in an image of its own.
+OTHER_RUNNERS = tuple(
+    BUILD / f"target_vectors/runner_{name}.o"
+    for name in ("scale", "temperature", "settings", "faults")
+)
 
 DESIGNS = {
     "passband32": specs.fir_taps_q15("passband32").tolist(),  # negative ones
@@ -42,7 +46,7 @@ def linked(folder: Path, name: str, taps: list[int]) -> Path:
         path
         for part in ("firmware/shared_c", "firmware/firmware/port", "target_vectors")
         for path in sorted((BUILD / part).rglob("*.o"))
-        if path not in (DEFAULT, OTHER_RUNNER)
+        if path not in (DEFAULT, *OTHER_RUNNERS)
     ]
     link = [*machine, "-Wl,--gc-sections", *map(str, shipped), str(target), "-o", str(elf)]
     subprocess.run(link, check=True)

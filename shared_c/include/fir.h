@@ -13,7 +13,8 @@
  *           one that is loaded into RAM, refused where it breaks the contract
  * Two ways  fir_update, a loop for any design; fir_update_default, straight code for the default
  *           design, quicker and larger. The same answers and the same state: either may take any
- *           sample.
+ *           sample. Of the window only what the samples fill is touched: 3 bytes each, and as many
+ *           again where the configuration is fir_designs[0] itself
  * Bad data  a sample beyond 24 bits is clamped and counted in `clipped`; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
@@ -36,8 +37,8 @@ typedef struct {
     const fir_config_t *config;
     uint16_t            clipped; /* samples and results clamped, stops at 65535 */
     uint8_t next; /* where the next sample goes: a byte of the window, 0, 3 .. 3 (taps - 1) */
-    uint8_t window[FIR_SAMPLE_BYTES * FIR_TAPS_MAX]; /* counts + 2^23, least byte first; twice,
-                                                         one behind the other, where both fit */
+    uint8_t window[FIR_SAMPLE_BYTES * FIR_TAPS_MAX]; /* counts + 2^23, least byte first; for
+                                                         fir_designs[0] twice, one after the other */
 } fir_t;
 
 /* Take coefficients from settings into a configuration. half_q15 is not copied and must stay.

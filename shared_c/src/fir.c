@@ -30,20 +30,21 @@ bool fir_load(fir_config_t *config, const int16_t half_q15[], uint8_t taps)
     return true;
 }
 
-/* Write a sample at its place, and once more behind all of them where there is room: any taps
- * neighbours are then in order of age, which straight code needs. */
+/* Write a sample at its place, and for the default design once more behind all of them: any taps
+ * neighbours are then in order of age, which its straight code needs. */
 static void window_put(fir_t *fir, uint8_t at, uint8_t size, int32_t sample_counts)
 {
     const uint32_t offset = (uint32_t)(sample_counts - FIXED_COUNTS_MIN); /* 0..2^24-1 */
     uint8_t       *place  = &fir->window[at];
 
-    for (uint8_t copy = 0U; copy < 2U; ++copy) {
-        place[0] = (uint8_t)offset;
-        place[1] = (uint8_t)(offset >> 8);
-        place[2] = (uint8_t)(offset >> 16);
-        if (size > sizeof fir->window / 2U) { return; }
-        place += size;
-    }
+    place[0] = (uint8_t)offset;
+    place[1] = (uint8_t)(offset >> 8);
+    place[2] = (uint8_t)(offset >> 16);
+    if (fir->config != fir_designs[0]) { return; }
+    place += size;
+    place[0] = (uint8_t)offset;
+    place[1] = (uint8_t)(offset >> 8);
+    place[2] = (uint8_t)(offset >> 16);
 }
 
 static uint8_t window_size(const fir_config_t *config)

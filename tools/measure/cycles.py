@@ -14,6 +14,31 @@ from pathlib import Path
 
 import numpy as np
 
+from terazi.cshared import encode_frame
+from terazi.link.generated.messages import (
+    CalibrateAbort,
+    CalibrateBegin,
+    CalibrateEnd,
+    CalibrateKnown,
+    CalibratePoint,
+    CountPieces,
+    GetInfo,
+    GetPoint,
+    GetSetting,
+    KfKind,
+    ResetCounts,
+    ResetSettings,
+    ResetWhat,
+    SaveSettings,
+    SetSetting,
+    Show,
+    Tare,
+    TareClear,
+    Unit,
+    View,
+    Zero,
+)
+from terazi.link.generated.settings import SettingKey
 from virtual_uno import Uno
 from virtual_uno.uno import RAM_END
 
@@ -21,14 +46,13 @@ RATE_SPS = 80.0
 WARM_UP_S = 1.5  # settling and the first STATUS
 RUN_S = 12.0
 STEP_S = 1.0
+COMMAND_S = 0.05
 READ_FUNCTION = "hx711_read"
 
 # Figure -> function of the image. What one call does is said in its header.
 FUNCTIONS = {
     "hx711_read": READ_FUNCTION,
     "fir32_generic": "fir_update",
-    "weight_kf_constant": "weight_kf_update",
-    "mass": "mass_from_counts",
     "frame_encode": "frame_encode",
 }
 
@@ -62,8 +86,53 @@ def stream_text(uno: Uno) -> None:
     uno.run(RUN_S)
 
 
+COMMANDS = [
+    GetInfo(),
+    SetSetting(SettingKey.CHAIN_KF_KIND, KfKind.CONSTANT),
+    SetSetting(SettingKey.SCALE_UNIT, Unit.KG),
+    SetSetting(SettingKey.SCALE_DECIMALS, 3),
+    SetSetting(SettingKey.CHECKWEIGHER_ON, 1),
+    SetSetting(SettingKey.TEMPERATURE_SPAN_PPM_PER_K_Q4, 800),
+    SetSetting(SettingKey.TEMPERATURE_ON, 1),
+    *(GetSetting(key) for key in SettingKey),
+    Zero(),
+    Tare(),
+    CountPieces(7),
+    Show(View.PEAK),
+    CalibrateBegin(),
+    *(CalibrateKnown(-(n**3) * 1_000_000, n * 40_000_000) for n in (8, 1, 7, 2, 6, 3, 5, 4)),
+    CalibratePoint(0),
+    GetPoint(7),
+    CalibrateEnd(),
+    ResetCounts(),
+    SaveSettings(),
+    CalibrateBegin(),
+    CalibrateAbort(),
+    TareClear(),
+    ResetSettings(ResetWhat.ALL_BUT_CALIBRATION),
+]
+
+
+def command(uno: Uno) -> None:
+    """Every command, some at a bad time; a whole calibration, a change of units, two saves."""
+    for sequence, message in enumerate(COMMANDS):
+        uno.uart.write(encode_frame(message.ID, sequence % 256, 0, message.pack()))
+        uno.run(COMMAND_S)
+    uno.run(STEP_S)
+
+
+def pass_products(uno: Uno) -> None:
+    """Products over a checkweigher, among them one that is not weighed."""
+    for key, value in (("ON", 1), ("CLASSES", 2), ("LIMIT_MG_0", 400_000)):
+        message = SetSetting(SettingKey[f"CHECKWEIGHER_{key}"], value)
+        uno.uart.write(encode_frame(message.ID, 0, 0, message.pack()))
+        uno.run(COMMAND_S)
+    uno.load(grams=lambda t_s: np.where(t_s % 0.5 < 0.3, 500.0 * (t_s % 3.0 < 2.4) + 20.0, 0.0))
+    uno.run(RUN_S)
+
+
 def exercise(uno: Uno) -> None:
-    """Commands, noise on the line and a converter that goes away: the paths off the usual one."""
+    """Words, noise on the line and a converter that goes away: the paths off the usual one."""
     for words in (b"info\n", b"tare\n", b"nonsense\n", b"\x00noise\x00" * 4, b"text\ninfo\n"):
         uno.uart.write(words)
         uno.run(STEP_S)
@@ -79,6 +148,8 @@ def exercise(uno: Uno) -> None:
 SCENARIOS: dict[str, Callable[[Uno], None]] = {
     "weighing_80sps": stream_frames,
     "weighing_80sps_text": stream_text,
+    "command": command,
+    "pass_products": pass_products,
     "exercise": exercise,
 }
 

@@ -52,6 +52,16 @@ def samples(count: int = 240) -> list[int]:
     return noise + weight + rails
 
 
+def within_rails(counts: list[int]) -> list[int]:
+    """What a converter, and a filter behind it, can give."""
+    return [min(max(each, RAIL_LOW), RAIL_HIGH) for each in counts]
+
+
+def drive_mass(core: AvrCore) -> None:
+    for counts in within_rails(samples(40)):
+        core.mass_mg(counts * 128, 2328 << 16)
+
+
 def fir_case(design: int | list[int], *, by_heart: bool = False) -> Case:
     function = "fir_update_default" if by_heart else "fir_update"
     return Case(function, lambda core: core.fir(design, 0, samples(), by_heart=by_heart))
@@ -72,6 +82,10 @@ def _cases() -> dict[str, Case]:
         "fir32_default": fir_case(0, by_heart=True),
         "fir32_loaded": fir_case(loaded),
         "fir64_generic": fir_case(_fir_design("lowpass64")),
+        "weight_kf_constant": Case(
+            "weight_kf_update", lambda core: core.weight_kf(0, 0, within_rails(samples()))
+        ),
+        "mass": Case("mass_from_counts", drive_mass),
         "weight_kf_adaptive": Case("weight_kf_adaptive_update", runner_adaptive.drive_single),
         "weight_kf_adaptive_pair": Case(
             "weight_kf_adaptive_pair_update", runner_adaptive.drive_pair

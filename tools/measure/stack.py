@@ -3,7 +3,8 @@
 
 A function's own depth is what its prologue takes: one byte a ``push``, the bytes that the frame
 pointer r28:r29 moves between being read from SP and written back, and two for an ``rcall .+0``
-(avr-gcc's way to reserve two bytes). A call adds two bytes of return address, a tail jump none.
+(avr-gcc's way to reserve two bytes). With -mcall-prologues it jumps into a shared run of 18 pushes,
+with the frame's size in r26 and r27. A call adds two bytes of return address, a tail jump none.
 The worst case is the deepest path from ``main`` plus the deepest interrupt handler, since handlers
 do not nest; one that allows interrupts again, recursion, or an indirect call make the sum
 unknowable, and are refused by name.
@@ -17,11 +18,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 RETURN_ADDRESS_BYTES = 2
+SHARED_PUSHES = 18  # of __prologue_saves__, one word each
 
 # Newer binutils show labels within a function too (.LVL7, .Loc.1, L0^A), which begin none.
 _FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[A-Za-z_][\w.]*)>:$")
 _INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?P<op>[a-z]+)\s*(?P<args>[^;]*)(?:;.*?<(?P<to>.+)>)?")
 _FRAME_MOVES = {"sbiw": 0, "subi": 0, "sbci": 8}  # instruction -> weight of its number, in bits
+_SHARED = re.compile(r"^__(prologue_saves|epilogue_restores)__(\+0x(?P<offset>[0-9a-f]+))?$")
+_TABLE_JUMP = "__tablejump2__"
+_FRAME_SIZE = {"r26": 0, "r27": 8}  # register -> weight of what it is loaded with, in bits
 _VECTOR = re.compile(r"^__vector_\d+$")
 
 
@@ -53,6 +58,7 @@ def parse_disassembly(text: str) -> dict[str, Function]:
     functions: dict[str, Function] = {}
     function = None
     moved_bytes = None  # by how much r28:r29 has moved since it was read from SP
+    frame: dict[str, int] = {}  # what r26 and r27 were loaded with last
     for line in text.splitlines():
         if start := _FUNCTION.match(line):
             function = functions.setdefault(start["name"], Function(start["name"]))
@@ -62,7 +68,16 @@ def parse_disassembly(text: str) -> dict[str, Function]:
         if function is None or instruction is None:
             continue
         op, args = instruction["op"], instruction["args"].strip()
-        if op == "in" and args == "r28, 0x3d":
+        shared = _SHARED.match(instruction["to"] or "")
+        if shared:
+            if shared[1] == "prologue_saves":
+                skipped = int(shared["offset"] or "0", 16) // 2
+                function.own_bytes += SHARED_PUSHES - skipped
+                function.own_bytes += sum(frame[name] << at for name, at in _FRAME_SIZE.items())
+        elif op == "ldi" and args.startswith(tuple(_FRAME_SIZE)):
+            register, value = args.split(", ")
+            frame[register] = int(value, 0)
+        elif op == "in" and args == "r28, 0x3d":
             moved_bytes = 0
         elif op == "out" and args == "0x3d, r28" and moved_bytes is not None:
             function.own_bytes += moved_bytes
@@ -81,6 +96,8 @@ def _note(function: Function, op: str, args: str, to: str | None) -> None:
         function.own_bytes += RETURN_ADDRESS_BYTES
     elif op in ("call", "rcall") and to:
         function.calls.add(to.split("+")[0])
+    elif to == _TABLE_JUMP:
+        return  # a switch: it comes back to this very function, and takes no room
     elif op in ("jmp", "rjmp") and to and "+" not in to and to != function.name:
         function.tail_jumps.add(to)
     elif op in ("icall", "eicall", "ijmp", "eijmp"):

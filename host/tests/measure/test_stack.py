@@ -65,6 +65,29 @@ def test_labels_do_not_end_a_function(label):
     assert parse_disassembly(labelled)["leaf"].own_bytes == 2 + 300 + 1
 
 
+SHARED_PROLOGUE = """
+00000be6 <weighs>:
+     be6:\tldi\tr26, 0x22\t; 34
+     be8:\tldi\tr27, 0x01\t; 1
+     bea:\tldi\tr30, 0xF9\t; 249
+     bec:\tldi\tr31, 0x05\t; 5
+     bee:\tjmp\t0x5c70\t; 0x5c70 <__prologue_saves__SKIPPED>
+     bf2:\tldi\tr26, 0x07\t; 7
+     bf4:\tjmp\t0x5c44\t; 0x5c44 <__tablejump2__>
+00005c70 <__prologue_saves__>:
+    5c70:\tpush\tr2
+    5ca6:\tijmp
+"""
+
+
+@pytest.mark.parametrize(("skipped", "pushes"), [("", 18), ("+0x2", 17), ("+0x1e", 3)])
+def test_the_shared_prologue_takes_what_it_saves_and_the_frame(skipped, pushes):
+    functions = parse_disassembly(SHARED_PROLOGUE.replace("SKIPPED", skipped))
+    assert functions["weighs"].own_bytes == pushes + 0x122
+    assert not functions["weighs"].indirect_call
+    assert not functions["weighs"].tail_jumps
+
+
 def test_worst_case_is_main_path_and_deepest_handler():
     depth = worst_stack(parse_disassembly(LEAF + MAIN + HANDLER))
     assert depth.main_path == ("main", "leaf")
