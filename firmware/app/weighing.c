@@ -78,7 +78,6 @@ static uint16_t             missed_total; /* modulo 65536, unlike the counter */
 static COMPACT void distrust(void)
 {
     scale_interrupt(&weighing_scale);
-    if (!weighing_calibrating) { checkweigher_interrupt(&weighing_beside.checkweigher); }
 }
 
 /* What follows is not connected with what was: the next conversion starts the filters anew. */
@@ -253,7 +252,11 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, shared.rest.faults.held); }
     if ((news & FAULTS_RESTART) != 0U || hx711_state() != HX711_STATE_RUNNING) { restart(); }
     if ((news & FAULTS_SPOILT) != 0U || weighing_awaits_temperature()) { distrust(); }
-    if (event != FAULTS_EVENT_CONVERSION) { return false; }
+    if (event != FAULTS_EVENT_CONVERSION) {
+        /* Not with each distrust: a product that comes and rings is noise to a scale at rest. */
+        if (!weighing_calibrating) { checkweigher_interrupt(&weighing_beside.checkweigher); }
+        return false;
+    }
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
     sample->flags      = sample_flags(conversion->counts);
