@@ -10,6 +10,7 @@ from terazi.cshared.settings import (
     Settings,
     SettingsCell,
     SettingsReading,
+    SettingsStatus,
     choose_settings,
 )
 from terazi.link.generated.settings import SETTINGS
@@ -335,6 +336,30 @@ def test_what_changes_in_mid_save_and_is_asked_for_is_saved_whole(before, change
     reading, found = eeprom.load()
     assert (saving.state, reading) == (IDLE, twin.Reading.WHOLE)
     assert found.values == last
+
+
+def test_a_value_asked_for_at_any_step_of_a_save_is_saved():
+    """The record's first value: what passes over it has passed it long before most of the steps."""
+    steps = 0
+
+    def count(number, _saving, _live):
+        nonlocal steps
+        steps = number
+
+    used = Eeprom()
+    for number in range(5):
+        save(used, settings_of([1 + number, *FIRST_VALUES[1:]]))
+    save(Eeprom(bytes(used.cells)), settings_of(FIRST_VALUES), meanwhile=count)
+    for step in range(steps):
+
+        def change(number, saving, live, step=step):
+            if number == step:
+                assert live.set(0, 4_321_987) == SettingsStatus.OK
+                saving.ask()
+
+        eeprom = Eeprom(bytes(used.cells))
+        save(eeprom, settings_of(FIRST_VALUES), meanwhile=change)
+        assert eeprom.load()[1].get(0) == 4_321_987, f"asked for at step {step} of {steps}"
 
 
 @given(changes=st.lists(st.tuples(st.integers(0, 700), st.integers(1, 10**8)), max_size=4))
