@@ -37,8 +37,8 @@ typedef struct {
     const fir_config_t *config;
     uint16_t            clipped; /* samples and results clamped, stops at 65535 */
     uint8_t next; /* where the next sample goes: a byte of the window, 0, 3 .. 3 (taps - 1) */
-    uint8_t window[FIR_SAMPLE_BYTES * FIR_TAPS_MAX]; /* counts + 2^23, least byte first; for
-                                                         fir_designs[0] twice, one after the other */
+    uint8_t window[FIR_SAMPLE_BYTES * FIR_TAPS_MAX]; /* counts + 2^23, least byte first; those of
+                                                         fir_designs[0] twice, in a row */
 } fir_t;
 
 /* Take coefficients from settings into a configuration. half_q15 is not copied and must stay.
