@@ -78,7 +78,7 @@ void text_sample(text_line_t *line, const messages_sample_t *sample)
 
 void text_version(text_line_t *line)
 {
-    const int32_t values[] = {VERSION_MAJOR, VERSION_MINOR, VERSION_PATCH, VERSION_BUILD};
+    const int32_t values[] = {VERSION_MAJOR, VERSION_MINOR, VERSION_PATCH, (int32_t)VERSION_BUILD};
 
     line->len = 0;
     put_form(line, PSTR("# Terazi v" WHOLE "." WHOLE "." WHOLE " build=x" HEX WORDS "\r\n"),
