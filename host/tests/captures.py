@@ -62,14 +62,19 @@ class CaptureMaker:
         change: Callable = lambda index, sample: sample,
         skip: int = 0,
         restart: bool = False,
+        events: bool = False,
     ) -> "CaptureMaker":
-        """count samples. skip: conversions lost before the first; restart: primed anew there."""
+        """count samples. skip: conversions lost before the first; restart: primed anew there;
+        events: WEIGHT and STEP come too.
+        """
         for index in range(count):
             first = index == 0
             sample = self.chain.sample(restart=restart and first, skip=skip if first else 0)
             wire = self.chain.frame(change(index, sample))
             if not drop(index):
                 self.put(wire)
+            for message, device_us in self.chain.unasked() if events else []:
+                self.put(self.chain.frame(message, device_us))
             if self.chain.conversion % round(RATE_HZ) == 0:
                 self.say(self.chain.status())
         return self

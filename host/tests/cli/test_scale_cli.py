@@ -7,10 +7,14 @@ import re
 import pytest
 from typer.testing import CliRunner
 
+from host.tests.captures import CaptureMaker
 from host.tests.fake_chain import COUNTS_PER_G, EMPTY_COUNTS
 from host.tests.fake_commands import Eeprom
 from host.tests.fake_device import FakeDevice
 from terazi.cli import app
+from terazi.link.generated.messages import FaultFlag, Point, Setting
+from terazi.link.generated.settings import SETTINGS
+from terazi.recorder import load_recording
 
 FACTORY_BAND_MG = 400
 
@@ -271,3 +275,50 @@ def test_info_explains_the_fault_that_holds():
         assert "faults       none" in done.stdout
     assert set(told) >= {"hello", "status", "faults", "points", "settings"}
     assert [point["mass_mg"] for point in told["points"]] == [0, 5_000_000]
+
+
+# log
+
+
+def test_log_holds_settings_and_points_so_that_a_replay_verifies_the_mass(tmp_path):
+    capture = tmp_path / "one.terazi"
+    with FakeDevice() as device:
+        assert terazi("log", device.path, "-o", capture, "--seconds", 0.4).exit_code == 0
+    recording = load_recording(capture)
+    assert len(recording.of_kind(Setting)) == len(SETTINGS)
+    assert len(recording.of_kind(Point)) == 2
+    told = json.loads(terazi("replay", capture, "--json").stdout)
+    assert {one["stage"]: one["compared"] for one in told["stages"]}["mass"] == len(recording)
+    assert [one["what"] for one in told["unverified"]] == ["net weight and its flags"]
+
+
+def test_log_writes_steps_and_faults_into_a_table_of_events(tmp_path):
+    capture = tmp_path / "one.terazi"
+    with FakeDevice(silent_after=600, speed=40.0) as device:
+        done = terazi("log", device.path, "-o", capture, "--seconds", 0.6)
+    assert done.exit_code == 0, done.output
+    head, *rows = capture.with_suffix(".events.csv").read_text().splitlines()
+    assert head.startswith("host_s,device_us,boot,message,from_mg,to_mg,steps,mass_mg,verdict")
+    assert [row.split(",")[3] for row in rows] == ["step", "step", "fault"]
+    assert rows[0].split(",")[6] == "1"
+
+
+def test_log_of_a_board_that_does_not_tell_its_settings_goes_on_and_says_so(tmp_path):
+    capture = tmp_path / "one.terazi"
+    with FakeDevice(answers=False) as device:
+        done = terazi("log", device.path, "-o", capture, "--seconds", 0.2)
+    assert done.exit_code == 0, done.output
+    assert "a replay will not verify the mass" in done.stderr
+    told = json.loads(terazi("replay", capture, "--json").stdout)
+    assert "mass" in [one["what"] for one in told["unverified"]]
+
+
+def test_report_shows_stability_steps_and_faults(tmp_path):
+    maker = CaptureMaker(tmp_path / "one.terazi").hello().samples(300, events=True)
+    maker.chain.faults = FaultFlag.CABLE_OUT
+    maker.say(maker.chain.fault())
+    path = maker.samples(100, events=True, restart=True).end()
+    assert terazi("report", path).exit_code == 0
+    page = path.with_suffix(".html").read_text()
+    for words in ("marked stable", "step at 2.", "→", '<span class="never">cable out</span>'):
+        assert words in page

@@ -111,9 +111,10 @@ def _record(link, recorder, stop: Stop, seconds: float | None):
     """Record until the time is up or a signal comes; gives what went wrong, if anything."""
     from terazi.errors import TeraziError
 
-    begin_s = link.now_s()
-    line = LiveLine(link, recorder, seconds)
     try:
+        _ask_for_all(link)
+        begin_s = link.now_s()
+        line = LiveLine(link, recorder, seconds)
         with line.shown():
             while not stop.is_wanted:
                 left_s = POLL_S if seconds is None else begin_s + seconds - link.now_s()
@@ -128,13 +129,30 @@ def _record(link, recorder, stop: Stop, seconds: float | None):
     return None
 
 
+def _ask_for_all(link) -> None:
+    """Samples as they come, and once settings and points, by which a replay verifies the mass."""
+    from terazi.control import Balance
+    from terazi.control.settings import read_settings
+    from terazi.errors import CommandRefused, NoAnswer
+    from terazi.link.generated.messages import SetStream, StreamFlag
+    from terazi.link.generated.settings import SETTINGS_BY_NAME
+
+    try:
+        link.command(SetStream(mask=sum(StreamFlag)))
+        Balance(link).points()
+        read_settings(link, SETTINGS_BY_NAME)
+    except (CommandRefused, NoAnswer) as error:
+        errors.print(f"{error}: a replay will not verify the mass", style="yellow", soft_wrap=True)
+
+
 class LiveLine:
     """One line on a terminal: time, rate, weight, lost frames. Elsewhere it keeps quiet."""
 
     def __init__(self, link, recorder, seconds: float | None) -> None:
-        from terazi.link.generated.messages import SampleFlag
+        from terazi.link.generated.messages import SampleFlag, WeightFlag
 
         self._at_rail = SampleFlag.AT_RAIL
+        self._stable = WeightFlag.STABLE
         self._link = link
         self._recorder = recorder
         self._seconds = seconds
@@ -183,6 +201,8 @@ class LiveLine:
         elif self._sample is not None:
             cells.append(self._rate())
             cells.append(f"[bold]{show_g(g_from_mg(self._sample.net_mg)):>12}[/]")
+            is_stable = self._sample.weight_flags & self._stable
+            cells.append("[green]stable[/]" if is_stable else "[yellow]moving[/]")
             if self._sample.flags & self._at_rail:
                 cells.append("[bold red]at the converter's rail[/]")
         lost = self._link.stream.frames_lost

@@ -51,6 +51,7 @@ def _plain(recording, result) -> dict:
         "fir_design": result.design,
         "kf_schedule": result.schedule,
         "chains": result.chains,
+        "unverified": [dataclasses.asdict(one) for one in result.unverified],
         "stages": [dataclasses.asdict(stage) for stage in result.stages],
         "models": [
             {
@@ -92,12 +93,12 @@ def _show(recording, result) -> None:
         _show_differences(stage)
     if result.unprimed:
         errors.print(
-            f"{result.unprimed} segments begin in mid-stream (frames were lost, or recording began "
-            "late): there the FIR is compared once its window is full, the Kalman filter from the "
-            "device's own estimate once its gain is steady (the adaptive one not at all), and the "
-            "models not at all.",
+            f"{result.unprimed} segments begin in mid-stream: frames were lost, or recording began "
+            "late. The float models say nothing of them.",
             style="yellow",
         )
+    for one in result.unverified:
+        errors.print(f"not verified: {one}", style="dim", highlight=False, soft_wrap=True)
     if not recording.ended_cleanly:
         errors.print(
             f"The capture was cut off; its last {recording.cut_off_bytes} bytes are no record.",

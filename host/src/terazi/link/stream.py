@@ -22,6 +22,10 @@ HELLO_SAME_RUN_US = 10_000_000
 # The head of HELLO never changes: fingerprint, version, build (shared_c/spec/messages.toml).
 HELLO_HEAD = struct.Struct("<HBBBI")
 
+FLASH_REMEDY = (
+    "Put this version's firmware on the board with `terazi flash`, or use the terazi that fits it."
+)
+
 FROM_DEVICE = frozenset(get_args(ToHost))
 
 
@@ -40,9 +44,10 @@ class Received:
 class MessageStream:
     """Decodes what one device sends. Every count is of this host's making, not the device's."""
 
-    def __init__(self, *, whose: str = "the board") -> None:
+    def __init__(self, *, whose: str = "the board", remedy: str = FLASH_REMEDY) -> None:
         self._decoder = FrameDecoder()
         self._whose = whose
+        self._remedy = remedy  # for a HELLO of another protocol
         self._sequence: int | None = None
         self._device_us = 0
         self._host_s: float | None = None  # of the last frame in this run
@@ -109,8 +114,7 @@ class MessageStream:
                 theirs,
                 FINGERPRINT,
                 whose=f"{self._whose} (firmware {major}.{minor}.{patch})",
-                remedy="Put this version's firmware on the board with `terazi flash`, or use "
-                "the terazi that fits it.",
+                remedy=self._remedy,
             )
 
     def _starts_run(self, kind: type | None, device_us: int) -> bool:

@@ -5,7 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from terazi.link.generated.messages import ChainOrder, Hello, KfKind
+from terazi.link.generated.messages import (
+    Ack,
+    ChainOrder,
+    Hello,
+    KfKind,
+    ResetSettings,
+    Result,
+    Setting,
+)
+from terazi.link.generated.settings import SettingKey
 from terazi.recorder.recording import Recording
 
 
@@ -25,7 +34,11 @@ class Chain:
 
 
 def chain_of(recording: Recording) -> Chain:
-    """Follow the HELLOs of a recording."""
+    """Follow HELLO, and SETTING where it tells the order or the filter.
+
+    The device takes them up with the next sample. Where all settings were reset, nothing is certain
+    until they are told anew.
+    """
     count, first = len(recording), recording.hello
     order = np.full(count, first.chain_order, np.uint8)
     kf_kind = np.full(count, first.kf_kind, np.uint8)
@@ -35,6 +48,15 @@ def chain_of(recording: Recording) -> Chain:
         if isinstance(message, Hello):
             order[at:], kf_kind[at:] = message.chain_order, message.kf_kind
             is_certain[at:] = True
+        elif isinstance(message, Setting) and message.key == SettingKey.CHAIN_ORDER:
+            order[at:] = message.value
+        elif isinstance(message, Setting) and message.key == SettingKey.CHAIN_KF_KIND:
+            kf_kind[at:] = message.value
+        elif isinstance(message, Ack) and (message.command, message.result) == (
+            ResetSettings.ID,
+            Result.OK,
+        ):
+            is_certain[at:] = False
     known = (order <= max(ChainOrder)) & (kf_kind <= max(KfKind))
     return Chain(order, kf_kind, is_certain & known)
 

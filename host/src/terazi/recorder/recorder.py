@@ -8,7 +8,7 @@ from pathlib import Path
 
 from terazi import __version__
 from terazi.errors import CannotWrite, UsageError
-from terazi.link.generated.messages import FINGERPRINT, Sample, SampleFlag, Status
+from terazi.link.generated.messages import FINGERPRINT, Sample, SampleFlag
 from terazi.link.stream import MessageStream, Received
 from terazi.recorder.capture import CaptureWriter
 from terazi.recorder.files import cannot_write
@@ -101,8 +101,8 @@ class Recorder:
             self._count_conversions(message)
             self._tables.add_sample(received, self._lost_before)
             self._lost_before = 0
-        elif isinstance(message, Status):
-            self._tables.add_status(received)
+        else:
+            self._tables.add_message(received)
 
     def finish(self, stream: MessageStream, host_s: float | None = None) -> Summary:
         """Bring everything to disk and say what there is. Never raises for a full disk."""

@@ -48,7 +48,11 @@ class Recording:
 def load_recording(path: Path) -> Recording:
     """Read and decode a capture. Raises CannotRead, or FingerprintMismatch."""
     capture = Capture(path)
-    stream = MessageStream(whose=str(path))
+    version = capture.metadata.get("version", "another version")
+    stream = MessageStream(
+        whose=str(path),
+        remedy=f"It was recorded by terazi {version} from such a board; that version reads it.",
+    )
     samples = SampleColumns()
     others: list[tuple[int, Received]] = []
     lost_before = 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tables beside a capture: NAME.csv, NAME.parquet and NAME.status.csv.
+"""Tables beside a capture: NAME.csv, NAME.parquet, NAME.status.csv and NAME.events.csv.
 
 They are made while recording, block by block, so that a recording of a week needs no more memory
 than one of a minute; or afterwards from the capture, with the same result. A table that cannot be
@@ -8,6 +8,7 @@ written is given up with a word on why; the capture goes on.
 
 import contextlib
 import csv
+import dataclasses
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from terazi.errors import CannotWrite
+from terazi.link.generated.messages import Fault, Product, Status, Step
 from terazi.link.plain import plain_message
 from terazi.link.stream import Received
 from terazi.recorder.columns import SampleColumns, table_of
@@ -25,7 +27,9 @@ PARQUET_BLOCK_SAMPLES = 16384  # a row group
 
 PARQUET_REMEDY = "Parquet is not written: pyarrow is not installed (pip install pyarrow)"
 
-CSV_FORMATS = {"host_s": "{:.6f}", "kf_counts": "{:.7f}", "weight_g": "{:.3f}"}
+EVENTS = (Step, Product, Fault)
+
+CSV_FORMATS = {"host_s": "{:.6f}", "kf_counts": "{:.7f}", "mass_g": "{:.3f}", "weight_g": "{:.3f}"}
 
 
 def table_paths(capture: Path) -> dict[str, Path]:
@@ -33,6 +37,7 @@ def table_paths(capture: Path) -> dict[str, Path]:
     return {
         "csv": capture.with_suffix(".csv"),
         "status": capture.with_suffix(".status.csv"),
+        "events": capture.with_suffix(".events.csv"),
         "parquet": capture.with_suffix(".parquet"),
     }
 
@@ -98,11 +103,16 @@ class ParquetTable:
         self._part.unlink(missing_ok=True)
 
 
-class StatusTable:
-    """NAME.status.csv: one line a STATUS, with rates in Hz. Made when the first one comes."""
+class MessageTable:
+    """One line a message, with rates in Hz. Made when the first one comes.
 
-    def __init__(self, path: Path) -> None:
+    names : columns after the clocks; None: those of the first message. What a message has not is
+        left empty.
+    """
+
+    def __init__(self, path: Path, names: list[str] | None = None) -> None:
         self.path = path
+        self._names = names
         self._file = None
 
     def write(self, received: Received) -> None:
@@ -110,10 +120,14 @@ class StatusTable:
             "host_s": f"{received.host_s:.6f}",
             "device_us": received.device_us,
             "boot": received.boot,
+            "message": type(received.message).__name__.lower(),
         } | plain_message(received.message)
+        if self._names is None:
+            del row["message"]  # all of one kind
         if self._file is None:
+            columns = [*row] if self._names is None else [*list(row)[:4], *self._names]
             self._file = open(self.path, "w", newline="", encoding="utf-8")  # noqa: SIM115
-            self._rows = csv.DictWriter(self._file, list(row), lineterminator="\n")
+            self._rows = csv.DictWriter(self._file, columns, lineterminator="\n")
             self._rows.writeheader()
         self._rows.writerow(row)
         self._file.flush()
@@ -124,6 +138,12 @@ class StatusTable:
 
     def close(self) -> None:
         self._file.close()
+
+
+def _event_columns() -> list[str]:
+    """Fields of all events, each once."""
+    names = (field.name for kind in EVENTS for field in dataclasses.fields(kind))
+    return list(dict.fromkeys(names))
 
 
 class Tables:
@@ -144,9 +164,13 @@ class Tables:
             )
         else:
             self.notes.append(PARQUET_REMEDY)
-        with contextlib.suppress(OSError):  # of an older recording under this name
-            paths["status"].unlink()
-        self._status: StatusTable | None = StatusTable(paths["status"])
+        self._messages = [
+            (MessageTable(paths["status"]), (Status,)),
+            (MessageTable(paths["events"], _event_columns()), EVENTS),
+        ]
+        for table, _kinds in self._messages:  # of an older recording under this name
+            with contextlib.suppress(OSError):
+                table.path.unlink()
 
     def add_sample(self, received: Received, lost_before: int) -> None:
         for output in list(self._outputs):
@@ -154,22 +178,25 @@ class Tables:
             if len(output.waiting) >= output.block_samples:
                 self._try(output, output.write_waiting)
 
-    def add_status(self, received: Received) -> None:
-        if self._status is None:
-            return
-        try:
-            self._status.write(received)
-        except OSError as error:
-            self.faults.append(cannot_write(self._status.path, error))
-            self._status = None
+    def add_message(self, received: Received) -> None:
+        """Take anything but a sample; what has no table is in the capture only."""
+        for table, kinds in list(self._messages):
+            if not isinstance(received.message, kinds):
+                continue
+            try:
+                table.write(received)
+            except OSError as error:
+                self.faults.append(cannot_write(table.path, error))
+                self._messages.remove((table, kinds))
 
     def close(self) -> None:
         for output in list(self._outputs):
             self._try(output, output.finish)
         self.written = [output.table.path for output in self._outputs]
-        if self._status is not None and self._status.is_begun:
-            self._status.close()
-            self.written.append(self._status.path)
+        for table, _kinds in self._messages:
+            if table.is_begun:
+                table.close()
+                self.written.append(table.path)
         self._outputs = []
 
     def _open(self, block_samples: int, make: Callable, path: Path) -> None:

@@ -34,6 +34,7 @@ from terazi.recorder.chain import Chain, chain_of, last_counts_q7
 from terazi.recorder.recording import Recording
 from terazi.replay.models import ModelResult, compare_with_models
 from terazi.replay.segments import Segment, segments_of
+from terazi.replay.unverified import Unverified, unverified
 
 SCHEDULE_MAX = 255  # gains, weight_kf.h
 DIFFERENCES_SHOWN = 5
@@ -79,6 +80,7 @@ class Replay:
     chains: list[str]  # order and Kalman filter, each that was used, in turn
     stages: list[StageResult]
     models: list[ModelResult]
+    unverified: list[Unverified]  # what nothing was said of, and why
 
     @property
     def agrees(self) -> bool:
@@ -111,6 +113,7 @@ def replay(recording: Recording) -> Replay:
             _compare_adaptive(kalman, samples, segment, order)
         else:
             _compare_kalman(kalman, samples, segment, schedule, order)
+    stretches = calibration_of(recording)
     return Replay(
         samples=len(recording),
         segments=segments,
@@ -119,6 +122,7 @@ def replay(recording: Recording) -> Replay:
         chains=_chains(chain, segments),
         stages=[fir, kalman, _compare_mass(recording, chain)],
         models=compare_with_models(recording, segments, design, schedule, chain),
+        unverified=unverified(len(recording), segments, chain, stretches, design, kalman.compared),
     )
 
 

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from terazi import units
-from terazi.link.generated.messages import Status
+from terazi.control import faults
+from terazi.link.generated.messages import Fault, Status, Step, WeightFlag
 from terazi.link.plain import plain_message
 from terazi.recorder.recording import Recording
 from terazi.report import figures, parts
 from terazi.report.analysis import BAND_SHARE, SETTLED_AFTER_S, STAGES, Analysis
+
+ROWS_SHOWN = 24  # of steps and faults
 
 # Health counters that say that something went wrong as soon as they leave zero.
 FAULTS = (
@@ -49,6 +52,7 @@ def render(recording: Recording, analysis: Analysis) -> str:
             parts.section("Noise of each stage", _noise_table(analysis), _noise_note(analysis)),
             _spectrum_section(analysis),
             _timing_section(recording, analysis),
+            _scale_section(recording),
             parts.section("Health of the board", _health_table(recording)),
             parts.footer(),
         ],
@@ -222,6 +226,35 @@ def _timing_section(recording: Recording, analysis: Analysis) -> str:
     )
 
 
+def _scale_section(recording: Recording) -> str:
+    """Stability, zero, steps and faults, as the device told them."""
+    flags = recording.samples["weight_flags"]
+    stable = float(np.mean(flags & int(WeightFlag.STABLE) != 0))
+    rows = [
+        ["marked stable", f"{stable:.1%} of the samples"],
+        ["tare", "taken off" if flags[-1] & int(WeightFlag.TARED) else "none"],
+    ]
+    first_us = int(recording.samples["device_us"][0])
+    for _at, one in recording.of_kind(Step):
+        at_s = units.s_from_us(one.device_us - first_us)
+        step_g = [
+            units.show_g(units.g_from_mg(mg)) for mg in (one.message.from_mg, one.message.to_mg)
+        ]
+        rows.append([f"step at {at_s:.3f} s", " → ".join(step_g)])
+    for _at, one in recording.of_kind(Fault):
+        at_s = units.s_from_us(one.device_us - first_us)
+        come = faults.names(one.message.faults & one.message.changed)
+        gone = faults.names(~one.message.faults & one.message.changed)
+        words = [f'<span class="never">{name}</span>' for name in come]
+        rows.append(
+            [f"fault at {at_s:.3f} s", ", ".join([*words, *(f"{name} over" for name in gone)])]
+        )
+    shown, left = rows[:ROWS_SHOWN], len(rows) - ROWS_SHOWN
+    if left > 0:
+        shown.append([f"and {left} more", "in the table of events beside the capture"])
+    return parts.section("What the scale told", parts.table(["as the device saw it", ""], shown))
+
+
 def _health_table(recording: Recording) -> str:
     status = recording.last_status
     if status is None:
@@ -229,6 +262,8 @@ def _health_table(recording: Recording) -> str:
     rows = []
     for name, value in plain_message(status).items():
         is_bad = name in FAULTS and value
+        if name in ("faults", "faults_seen"):
+            is_bad, value = bool(value), ", ".join(faults.names(value)) or "none"
         text = html.escape(str(value))
         rows.append(
             [name.replace("_", " "), f'<span class="never">{text}</span>' if is_bad else text]
