@@ -40,9 +40,12 @@ bool rate_update(rate_t *rate, uint32_t interval_us)
         start_over(rate, interval_us);
         return false;
     }
-    if (!is_within(rate->period_us, interval_us, rate->period_us >> 3)) {
-        const bool was_known = is_known(rate);
-        const bool shorter   = interval_us < rate->period_us && !was_known;
+    const bool was_known    = is_known(rate);
+    uint32_t   tolerance_us = rate->period_us >> 3;
+
+    if (was_known) { tolerance_us >>= 3; } /* as rate_is_next */
+    if (!is_within(rate->period_us, interval_us, tolerance_us)) {
+        const bool shorter = interval_us < rate->period_us && !was_known;
         rate->refused++;
         if (!shorter && rate->refused < RATE_REFUSALS) { return false; }
         start_over(rate, interval_us);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* rate - the converter's true rate, out of the times at which conversions came.
  *
- * Model     mean of the intervals that agree with one another within 1/8. The sum of successive
- *           intervals is the time between the first and the last stamp, so that the jitter of the
- *           stamps enters twice however many intervals there are. After 64 the older half fades.
+ * Model     mean of the intervals that agree with one another: within 1/8 until it is known, then
+ *           within 1/64. The sum of successive intervals is the time between the first and the last
+ *           stamp, so that the jitter of the stamps enters twice however many intervals there are.
+ *           After 64 the older half fades.
  * Start     16 intervals in agreement. Lost conversions make intervals longer, never shorter: until
  *           then a shorter one than the candidate takes its place.
  * Formats   intervals: us, 6250..200000 (160..5 Hz)    rate: Hz, Q16

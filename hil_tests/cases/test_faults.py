@@ -203,14 +203,16 @@ def test_each_change_of_faults_is_told_once_and_at_once(uno):
 
 
 @AT_80
-def test_a_rate_that_changes_is_named_until_it_is_learnt(uno):
+@pytest.mark.parametrize("factor", [0.3, 0.8, 0.9, 0.97, 1.03, 1.1, 1.15, 1.9])
+def test_a_rate_that_changes_is_named_until_it_is_learnt(uno, factor):
     watch = weighing(uno)
-    uno.fault("rate", factor=0.8)
-    watch.until(lambda: FaultFlag.RATE_OUT_OF_RANGE in watch.faults, in_time_s("rate", 1 / 64))
+    rate_hz = 80 * factor
+    uno.fault("rate", factor=factor)
+    watch.until(lambda: FaultFlag.RATE_OUT_OF_RANGE in watch.faults, 4 / min(rate_hz, 80) + 0.04)
     watch.until(lambda: not watch.faults, RECOVERY_S)
-    watch.wait(1.0)
+    watch.wait(17 / rate_hz + 1.0)
     status = uno.link.ask(GetInfo(), Status)
-    assert abs(status.converter_rate_hz_q16 / 65536 / 64 - 1) < 1e-3
+    assert abs(status.converter_rate_hz_q16 / 65536 / rate_hz - 1) < 1e-3
 
 
 @pytest.mark.board(noise_counts=38.7)
