@@ -2,10 +2,11 @@
 #include "scale.h"
 
 #include "fixed.h"
+#include "port_curve.h"
 #include "port_wide.h"
 #include "scale_wide.h"
 
-enum { AHEAD_MAX = 8191, ROUGH_MAX = 4095 }; /* in grains: two of the latter outreach the former */
+enum { AHEAD_MAX = 4095 }; /* in grains: a quarter of it, leapt in the mean, outreaches it */
 
 #define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
 
@@ -27,6 +28,11 @@ static OUTLINE int32_t limited(int32_t value, int32_t bound)
 static uint32_t magnitude(int32_t value)
 {
     return value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
+}
+
+int32_t scale_mass(const scale_t *scale, int32_t counts_q7)
+{
+    return port_curve(scale, counts_q7);
 }
 
 static int32_t load_of(const scale_t *scale)
@@ -86,7 +92,7 @@ static void track(scale_t *scale)
 }
 
 /* Whether masses stand. */
-static void watch(scale_t *scale)
+static OUTLINE void watch(scale_t *scale)
 {
     const scale_config_t *config  = scale->config;
     const int32_t         mass_mg = scale->mass_mg;
@@ -123,18 +129,18 @@ static void display(scale_t *scale)
     int32_t exact_q8 = (int32_t)port_wide_high(size, scale->per_division);
     if (mass_mg < 0) { exact_q8 = -exact_q8; }
 
-    /* Further off than most_q8 on either side, by one comparison modulo 2^32: both are below 2^31 -
-     * 127, so that no true distance comes round to most_q8. */
-    const uint16_t most_q8 = 128U + scale->config->hysteresis_q8; /* <= 255 */
-    const uint32_t off_q8  = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
-    if (off_q8 + most_q8 > (uint16_t)(most_q8 * 2U)) { scale->divisions = (exact_q8 + 128) >> 8; }
+    /* Both are below 2^31 - 127, so that no true distance comes round modulo 2^32. */
+    const uint32_t off_q8 = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
+    if (!within((int32_t)off_q8, 128 + (int32_t)scale->config->hysteresis_q8)) {
+        scale->divisions = (exact_q8 + 128) >> 8;
+    }
 }
 
 /* The limits, and how near to zero; gives flags. */
-static uint8_t judge(const scale_t *scale)
+static uint8_t judge(const scale_t *scale, int32_t load)
 {
     const scale_config_t *config = scale->config;
-    const int32_t         load = load_of(scale), e = config->interval_mg;
+    const int32_t         e      = config->interval_mg;
 
     if (load - config->max_mg - e > e * 8) { return SCALE_OVER; }
     if (load < -config->under_mg) { return SCALE_UNDER; }
@@ -151,13 +157,14 @@ OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_
     scale->flags &= (uint8_t)(SCALE_ZEROED | SCALE_TARED | SCALE_FROZEN);
     watch(scale);
 
-    const int32_t net = load_of(scale) - scale->tare_mg; /* 2^29 more */
-    scale->net_mg     = net;
+    const int32_t load = load_of(scale);
+    const int32_t net  = load - scale->tare_mg; /* 2^29 more */
+    scale->net_mg      = net;
     if (scale->show == SCALE_SHOW_LIVE ||
         (scale->show == SCALE_SHOW_PEAK && net > scale->kept_mg)) {
         scale->kept_mg = net;
     }
-    scale->flags |= judge(scale);
+    scale->flags |= judge(scale, load);
     display(scale);
     return scale->flags;
 }
@@ -183,7 +190,6 @@ void scale_look(scale_t *scale, int32_t raw_mass_mg)
 
     scale->raw_mg = raw_mass_mg;
     if (leap < 0) { leap = (int16_t)-leap; }
-    if (most > ROUGH_MAX) { most = ROUGH_MAX; }
     if (leap > most) { leap = most; }
     scale->rough_q4 = (uint16_t)(scale->rough_q4 + (uint16_t)(leap - rough));
 

@@ -15,7 +15,7 @@ POINTS_MAX, DECIMALS_MAX = 8, 6
 TIME_MAX_US = 1 << 31
 CLOCK_US = 1 << 32
 TRACK_US = 1 << 18
-AHEAD_MAX, ROUGH_MAX = (1 << 13) - 1, (1 << 12) - 1  # grains
+AHEAD_MAX = (1 << 12) - 1  # grains
 INITIAL_ZERO, TRACK_ZERO = 1, 2
 LIVE, HELD, PEAK = range(3)
 
@@ -154,7 +154,7 @@ class Scale:
         band, rough = self.config["stable_band_mg"] >> self.grain, self.rough_q4 // 16
         wide = max(band, rough)
         reach = band + max(band - band // 4, self.rough_q4 // 4)
-        leap = min(abs(self._ahead(raw_mass_mg)), rough + rough // 2 + 4, ROUGH_MAX)
+        leap = min(abs(self._ahead(raw_mass_mg)), rough + rough // 2 + 4)
         self.rough_q4 += leap - rough
         self.raw_mg = raw_mass_mg
         self.lag_q3 += limit(self._ahead(self.mass_mg), wide) - self.lag_q3 // 8

@@ -16,7 +16,7 @@ MASS_BUDGET_MG = 1.0  # |C - model| of the calibrated mass, shared_c/notes/scale
 LOAD_BUDGET_MG = 2.75  # of the load above zero, which may have been tracked
 REACH_BUDGET = 12.0  # grains, of how far a measurement may lie off
 LAG_BUDGET = 4.0  # grains, of the mean of how far they are ahead
-AHEAD_MAX, ROUGH_MAX = 8191.0, 4095.0  # grains
+AHEAD_MAX = 4095.0  # grains
 TRACK_S = 2.0**18 * 1e-6
 BITS_31 = (-(2.0**30), 2.0**30 - 1)  # counts Q7 and masses
 
@@ -83,7 +83,7 @@ class _Scale:
         band, grain = self.config["stable_band_mg"], self.grain_mg
         wide = max(band, self.rough)
         reach = band + max(0.75 * band, 4 * self.rough)
-        most = min(1.5 * self.rough + 4 * grain, ROUGH_MAX * grain)
+        most = min(1.5 * self.rough + 4 * grain, AHEAD_MAX * grain)
         self.rough += (min(abs(raw - self.raw), most) - self.rough) / 16
         self.raw = raw
         self.lag += (np.clip(raw - self.mass, -wide, wide) - self.lag) / 8
