@@ -36,8 +36,8 @@ uint32_t rate_period_us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
 
 /* Whether conversions interval_us apart follow one another on the converter's beat: one period
- * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do that an HX711
- * can give. */
+ * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do that an
+ * HX711 can give. */
 bool rate_is_next(const rate_t *rate, uint32_t interval_us);
 
 /* Conversions missing between two that came interval_us apart; 0 while the rate is not known. */
