@@ -29,8 +29,8 @@ def limits(content: dict) -> dict[str, int]:
 def header(spec: Spec) -> str:
     """Text of faults_limits.h."""
     lines = [
-        "/* faults_limits - numbers of shared_c/spec/faults.toml; what moves are compared with is in",
-        " * 256 counts. */",
+        "/* faults_limits - numbers of shared_c/spec/faults.toml; what moves are compared with is",
+        " * in 256 counts. */",
         "#ifndef FAULTS_LIMITS_H",
         "#define FAULTS_LIMITS_H",
         "",
