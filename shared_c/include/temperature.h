@@ -15,9 +15,8 @@
  *           more than 0.25 K. The first reading is taken as it is
  * Formats   temperature: 1/100 degC in int16, -40.00..85.00    counts: 24 bits in int32
  *           zero: counts/K, Q4    span: ppm/K, Q4, |span| <= 250 ppm/K
- * Rounding  half up at each step: T to 1/200 K, then to 1/100 K; zero dT in Q5 = (Q4 * 1/100 K) *
- *           20972 / 2^15 / 2^5; span dT as a share in Q20 = (Q4 * 1/100 K) * 21990 / 2^15 / 2^10;
- *           that times (c - origin), with the share's sign on (c - origin), in Q5; c' in counts
+ * Rounding  T half up to 1/200 K, then to 1/100 K; zero dT in Q7, span dT as a share in Q32, that
+ *           share of (c - origin) in Q7, each half away from zero; c' half up to a count
  * Bad data  a reading outside the range is refused and counted in `refused`; without any reading,
  *           or switched off, counts are passed on as they are; a result beyond 24 bits is clamped
  *           and counted in `clipped`.  A configuration from outside is asked with
@@ -40,8 +39,8 @@ typedef struct {
 
 typedef struct {
     const temperature_config_t *config;
-    int32_t                     zero_q5; /* counts to take off for the zero, at this temperature */
-    uint16_t span_q20;    /* share of (c - origin) to take off for the span: its magnitude */
+    int32_t                     zero_q7; /* counts to take off for the zero, at this temperature */
+    uint32_t span_q32;    /* share of (c - origin) to take off for the span: its magnitude */
     bool     span_falls;  /* that share is negative */
     bool     known;       /* there was a reading */
     int16_t  smoothed_q1; /* 1/100 degC */

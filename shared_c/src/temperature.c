@@ -2,14 +2,20 @@
 #include "temperature.h"
 
 #include "fixed.h"
+#include "port_wide.h"
 #include "temperature_limits.h"
 
 enum {
-    STEP_MAX_Q1     = 2 * TEMPERATURE_STEP_MAX_CENTI,
-    SMOOTHING_HALF  = 1 << (TEMPERATURE_SMOOTHING_SHIFT - 1),
-    ZERO_Q5_SCALE   = 20972, /* Q4 * 1/100 K to counts in Q5: 1/50 = 0.64 / 2^5 */
-    SHARE_Q20_SCALE = 21990  /* ppm Q4 * 1/100 K to a share in Q20: 2^16 / 10^8 = 0.671 / 2^10 */
+    STEP_MAX_Q1    = 2 * TEMPERATURE_STEP_MAX_CENTI,
+    SMOOTHING_HALF = 1 << (TEMPERATURE_SMOOTHING_SHIFT - 1)
 };
+
+/* Thrice called, once written. */
+#define OUTLINE __attribute__((noinline))
+
+/* Shares of 2^32. */
+#define ZERO_Q7_SCALE   UINT32_C(343597384)  /* Q4 * 1/100 K to counts in Q7: 2^7 / 1600 */
+#define SHARE_Q32_SCALE UINT32_C(2882303762) /* 4 ppm Q4 * 1/100 K to a share: 2^26 / 10^8 */
 
 _Static_assert(2L * (TEMPERATURE_HIGHEST_CENTI - (long)TEMPERATURE_LOWEST_CENTI) < 32767L,
                "any two temperatures differ by an int16 in Q1");
@@ -36,16 +42,11 @@ int16_t temperature_centi(const temperature_t *temperature)
     return (int16_t)((temperature->smoothed_q1 + 1) >> 1);
 }
 
-/* Once for all that multiply here: the multiplication is written out where it stands. */
-static int32_t share_of(int32_t value, uint16_t share_q15)
+/* value * share / 2^32, half away from zero. */
+OUTLINE static int32_t scaled(int32_t value, uint32_t share_q32)
 {
-    return fixed_mul_q15(value, share_q15);
-}
-
-static int32_t drift(int16_t slope_q4, int16_t above_centi, uint16_t scale_q15)
-{
-    return share_of(port_mul_i16(slope_q4, above_centi),
-                    scale_q15); /* |.| <= 2^15 * 12500 < 2^29 */
+    if (value < 0) { return -(int32_t)port_wide_high(0U - (uint32_t)value, share_q32); }
+    return (int32_t)port_wide_high((uint32_t)value, share_q32);
 }
 
 void temperature_refresh(temperature_t *temperature)
@@ -56,13 +57,12 @@ void temperature_refresh(temperature_t *temperature)
     if (temperature->known && config->on != 0U) {
         above_centi = (int16_t)(temperature_centi(temperature) - config->reference_centi);
     }
-    temperature->zero_q5 = (drift(config->zero_counts_per_k_q4, above_centi, ZERO_Q5_SCALE) + 16) >>
-                           5; /* < 2^23 */
-    const int32_t share_q20 = (drift(config->span_ppm_per_k_q4, above_centi, SHARE_Q20_SCALE) +
-                               512) >>
-                              10; /* <= 2^15 */
-    temperature->span_falls = share_q20 < 0;
-    temperature->span_q20   = (uint16_t)(share_q20 < 0 ? -share_q20 : share_q20);
+    const int32_t zero  = port_mul_i16(config->zero_counts_per_k_q4, above_centi); /* < 2^29 */
+    const int32_t share = port_mul_i16(config->span_ppm_per_k_q4, above_centi);    /* <= 5e7 */
+
+    temperature->zero_q7    = scaled(zero, ZERO_Q7_SCALE); /* < 2^25.4 */
+    temperature->span_falls = share < 0;
+    temperature->span_q32   = (uint32_t)scaled((share < 0 ? -share : share) * 4, SHARE_Q32_SCALE);
 }
 
 void temperature_update(temperature_t *temperature, int16_t measured_centi)
@@ -88,8 +88,8 @@ int32_t temperature_correct(temperature_t *temperature, int32_t raw_counts)
     const int32_t origin_counts = temperature->config->origin_counts;
     const int32_t span_counts   = temperature->span_falls ? origin_counts - raw_counts
                                                           : raw_counts - origin_counts;
-    const int32_t drift_q5 = temperature->zero_q5 + share_of(span_counts, temperature->span_q20);
+    const int32_t drift_q7      = temperature->zero_q7 + /* |span_counts| < 2^24, shares <= 2^27 */
+                             scaled(span_counts * 128, temperature->span_q32);
 
-    /* |span_counts| < 2^24 and shares at most 2^15 / 2^20, zero_q5 < 2^23: |drift_q5| < 2^25 */
-    return fixed_clamp_counts(raw_counts - ((drift_q5 + 16) >> 5), &temperature->clipped);
+    return fixed_clamp_counts(raw_counts - ((drift_q7 + 64) >> 7), &temperature->clipped);
 }

@@ -13,6 +13,12 @@ SMOOTHING_SHIFT = 4
 SPAN_MAX_PPM_PER_K_Q4 = 4000
 
 
+def scaled(value: int, share_q32: int) -> int:
+    """value * share_q32 / 2^32, rounded half away from zero."""
+    size = (abs(value) * share_q32 + (1 << 31)) >> 32
+    return -size if value < 0 else size
+
+
 class Temperature:
     """temperature.h; `config` has the fields of temperature_config_t and may be changed."""
 
@@ -43,15 +49,11 @@ class Temperature:
         if self.smoothed_q1 is None or not self.config["on"]:
             return raw_counts
         above_centi = self.centi - self.config["reference_centi"]
-        zero_q10 = rounded_shift(self.config["zero_counts_per_k_q4"] * above_centi * 20972, 15)
-        zero_q5 = rounded_shift(zero_q10, 5)
-        share_q30 = rounded_shift(self.config["span_ppm_per_k_q4"] * above_centi * 21990, 15)
-        share_q20 = rounded_shift(share_q30, 10)
+        zero_q7 = scaled(self.config["zero_counts_per_k_q4"] * above_centi, 343597384)
+        share_q32 = scaled(self.config["span_ppm_per_k_q4"] * above_centi * 4, 2882303762)
         above_origin = raw_counts - self.config["origin_counts"]
-        if share_q20 < 0:
-            share_q20, above_origin = -share_q20, -above_origin
-        drift_q5 = zero_q5 + rounded_shift(above_origin * share_q20, 15)
-        corrected = raw_counts - rounded_shift(drift_q5, 5)
+        drift_q7 = zero_q7 + scaled(above_origin * share_q32, 1 << 7)
+        corrected = raw_counts - rounded_shift(drift_q7, 7)
         limited = min(max(corrected, COUNTS_MIN), COUNTS_MAX)
         if limited != corrected:
             self.clipped = min(self.clipped + 1, COUNTER_MAX)

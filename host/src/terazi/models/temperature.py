@@ -40,7 +40,6 @@ def correct(raw_counts, above_k, *, zero_counts_per_k, span_ppm_per_k, origin_co
 def error_budget_counts(raw_counts, above_k, *, zero_counts_per_k, span_ppm_per_k, origin_counts):
     """(n,) float64: |C - correct| is at most this; shared_c/notes/temperature.md derives it."""
     above_origin = np.abs(np.asarray(raw_counts, dtype=np.float64) - origin_counts)
-    above_k = np.abs(np.asarray(above_k, dtype=np.float64))
-    zero = abs(zero_counts_per_k) * above_k * 2.3e-5 + 2 * 2.0**-6
-    share = abs(span_ppm_per_k) * 1e-6 * above_k * 1.1e-5 + 2.0**-21 + 2.0**-31
-    return zero + above_origin * share + 2.0**-6 + 0.5
+    zero = abs(zero_counts_per_k * np.asarray(above_k, dtype=np.float64)) * 2e-9
+    share = abs(span_ppm_per_k * 1e-6 * np.asarray(above_k, dtype=np.float64)) * 1e-9 + 2.0**-33
+    return zero + above_origin * share + 2 * 2.0**-8 + 0.5
