@@ -94,15 +94,14 @@ void text_converter(text_line_t *line, uint8_t gain, uint32_t rate_hz_q16)
     put_form(line, PSTR("# gain=" WHOLE " rate_hz=" MILLI "\r\n"), values);
 }
 
+/* A switch would be made into a table in RAM. */
 static const char *name_of(uint8_t result)
 {
-    switch (result) {
-    case MESSAGES_RESULT_OK: return PSTR(": ok\r\n");
-    case MESSAGES_RESULT_NOT_STABLE: return PSTR(": not stable\r\n");
-    case MESSAGES_RESULT_OUT_OF_RANGE: return PSTR(": out of range\r\n");
-    case MESSAGES_RESULT_CALIBRATING: return PSTR(": calibrating\r\n");
-    default: return PSTR(": unknown" WORDS "\r\n");
-    }
+    if (result == MESSAGES_RESULT_OK) { return PSTR(": ok\r\n"); }
+    if (result == MESSAGES_RESULT_NOT_STABLE) { return PSTR(": not stable\r\n"); }
+    if (result == MESSAGES_RESULT_OUT_OF_RANGE) { return PSTR(": out of range\r\n"); }
+    if (result == MESSAGES_RESULT_CALIBRATING) { return PSTR(": calibrating\r\n"); }
+    return PSTR(": unknown" WORDS "\r\n");
 }
 
 void text_answer(text_line_t *line, const char *word, uint8_t result)
