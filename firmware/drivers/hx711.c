@@ -15,13 +15,16 @@ enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400
  * said. Longer does no harm. */
 #define POWER_DOWN_US 80.0
 
+/* Time-outs are reckoned in 16 bits of 2^10 us, which wrap after 67 s. */
+#define COARSE_SHIFT 10
+
 /* While no interval is known: 2.4 times 100 ms, the slowest conversion, for a clock that is slow by
  * a tenth. After a restart the first one may come only after the settling time, 400 ms. */
-#define TIMEOUT_US       240000UL
-#define TIMEOUT_FIRST_US 600000UL
+#define TIMEOUT       (240000UL >> COARSE_SHIFT)
+#define TIMEOUT_FIRST (600000UL >> COARSE_SHIFT)
 
 /* DOUT is low for no longer than a conversion waits to be read, and high after a restart. */
-#define TIMEOUT_LOW_US 120000UL
+#define TIMEOUT_LOW (120000UL >> COARSE_SHIFT)
 
 /* The fastest conversion: 138240 clocks at 20 MHz, HX711 datasheet p. 2. */
 #define PERIOD_MIN_US 6912UL
@@ -33,11 +36,11 @@ static hx711_gain_t     extra_pulses;
 static hx711_state_t    state;
 static hx711_counters_t counters;
 static uint8_t          settling_left; /* conversions still to drop */
-static bool             has_edge;      /* read_edge_us is of this run */
-static uint32_t         read_edge_us;  /* when DOUT fell for the conversion read last */
-static uint32_t         waiting_since_us;
-static uint32_t         timeout_us;
-static uint32_t         period_us; /* as told, >= PERIOD_MIN_US */
+static bool             has_edge;      /* read_edge is of this run */
+static uint16_t         read_edge;     /* when DOUT fell for the conversion read last; coarse */
+static uint16_t         waiting_since; /* coarse */
+static uint16_t         timeout;       /* coarse */
+static uint32_t         period_us;     /* as told, >= PERIOD_MIN_US */
 
 ISR(HX711_vect)
 {
@@ -46,6 +49,11 @@ ISR(HX711_vect)
     edge_seen = true;
     EIMSK &= (uint8_t)~_BV(INT0); /* the bits of the frame make edges too */
     idle_post_work();
+}
+
+static uint16_t coarse(uint32_t us)
+{
+    return (uint16_t)(us >> COARSE_SHIFT);
 }
 
 static void count(uint16_t *counter)
@@ -79,10 +87,10 @@ static hx711_status_t restart(hx711_state_t why, hx711_status_t status)
     EIFR = _BV(INTF0);
     EIMSK |= _BV(INT0);
 
-    state            = why;
-    has_edge         = false;
-    waiting_since_us = ticks_device_us();
-    timeout_us       = TIMEOUT_FIRST_US;
+    state         = why;
+    has_edge      = false;
+    waiting_since = coarse(ticks_device_us());
+    timeout       = TIMEOUT_FIRST;
     settle();
     is_low = is_low && is_dout_low();
     return is_low ? HX711_STUCK_LOW : status;
@@ -115,19 +123,20 @@ void hx711_init(hx711_gain_t gain)
 }
 
 /* A period and a quarter of patience beyond what the converter has shown to need. */
-static void expect(uint32_t edge)
+static void expect(uint16_t edge)
 {
-    uint32_t wait_us = TIMEOUT_US;
+    uint16_t wait = TIMEOUT;
 
     if (has_edge) {
-        wait_us = edge - read_edge_us;
-        if (wait_us < period_us) { wait_us = period_us; }
-        wait_us = wait_us * 2U + (wait_us >> 2);
-        if (wait_us > TIMEOUT_US) { wait_us = TIMEOUT_US; }
+        const uint16_t period = coarse(period_us);
+        wait                  = (uint16_t)(edge - read_edge);
+        if (wait < period) { wait = period; }
+        wait = (uint16_t)(wait * 2U + (wait >> 2) + 1U); /* < 2^16: no edge waits for 29 s */
+        if (wait > TIMEOUT) { wait = TIMEOUT; }
     }
-    has_edge     = true;
-    read_edge_us = edge;
-    timeout_us   = wait_us;
+    has_edge  = true;
+    read_edge = edge;
+    timeout   = wait;
 }
 
 static hx711_status_t judge(bool intact, uint32_t age_us)
@@ -152,11 +161,11 @@ static hx711_status_t judge(bool intact, uint32_t age_us)
 
 /* Nothing to read: for how long already? The level is looked at before the flag, so that an edge
  * in between is no level that lasts. */
-static hx711_status_t wait(bool is_low, uint32_t now_us)
+static hx711_status_t wait(bool is_low, uint16_t now)
 {
-    const uint32_t most_us = is_low && timeout_us > TIMEOUT_LOW_US ? TIMEOUT_LOW_US : timeout_us;
+    const uint16_t most = is_low && timeout > TIMEOUT_LOW ? TIMEOUT_LOW : timeout;
 
-    if (now_us - waiting_since_us < most_us) { return HX711_NOTHING; }
+    if ((uint16_t)(now - waiting_since) < most) { return HX711_NOTHING; }
     count(&counters.timeouts);
     hx711_set_period_us(0);
     return restart(HX711_STATE_TIMED_OUT, is_low ? HX711_STUCK_LOW : HX711_TIMED_OUT);
@@ -166,7 +175,7 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
 {
     const bool is_low = is_dout_low();
 
-    if (!edge_seen) { return wait(is_low, ticks_device_us()); }
+    if (!edge_seen) { return wait(is_low, coarse(ticks_device_us())); }
 
     conversion->device_us = edge_us;
     if (!is_dout_low()) { /* a spike on the line: the chip is at work */
@@ -177,8 +186,8 @@ hx711_status_t hx711_poll(hx711_conversion_t *conversion)
     const bool     intact = hx711_read(&conversion->counts, extra_pulses);
     const uint32_t now_us = ticks_device_us();
 
-    expect(conversion->device_us);
-    waiting_since_us = now_us;
+    expect(coarse(conversion->device_us));
+    waiting_since = coarse(now_us);
     return judge(intact, now_us - conversion->device_us);
 }
 
