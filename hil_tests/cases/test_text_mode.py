@@ -3,10 +3,12 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from terazi.link.generated.messages import (
     Ack,
+    CalibrateBegin,
     GetInfo,
     Sample,
     SetStream,
@@ -124,6 +126,38 @@ def test_tare_by_line_is_answered_and_done(uno):
     sample = last_sample(uno)
     assert WeightFlag.TARED in sample.weight_flags
     assert abs(sample.net_mg) < 500 < 320_000 < sample.mass_mg
+
+
+def test_zero_and_clear_by_line_are_answered_and_done(uno):
+    put_on(uno, 50.0)
+    uno.write(b"zero\n")
+    assert "# zero: ok" in text_lines(uno.read_raw(0.5))
+    uno.load(grams=321.0)
+    uno.wait(3.0)
+    uno.write(b"tare\n")
+    uno.wait(0.5)
+    uno.write(b"clear\n")
+    assert "# clear: ok" in text_lines(uno.read_raw(0.5))
+    sample = last_sample(uno)
+    assert WeightFlag.TARED not in sample.weight_flags
+    assert abs(sample.net_mg - 271_000) < 500
+
+
+def test_what_a_word_cannot_do_now_it_says(uno):
+    uno.load(grams=lambda t_s: 100.0 * np.floor(3 * t_s))
+    enter(uno)
+    uno.write(b"tare\n")
+    assert "# tare: not stable" in text_lines(uno.read_raw(0.5))
+    uno.load(grams=0.0)
+    uno.wait(3.0)
+    uno.write(b"clear\n")
+    uno.wait(0.3)
+    uno.write(b"tare\n")
+    uno.read_raw(0.3)
+    uno.link.command(CalibrateBegin())
+    uno.read_raw(0.2)
+    uno.write(b"zero\n")
+    assert "# zero: calibrating" in text_lines(uno.read_raw(0.5))
 
 
 def test_info_by_line_names_version_gain_and_rate(uno):
