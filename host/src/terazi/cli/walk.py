@@ -2,6 +2,7 @@
 """`terazi walk`."""
 
 import json
+import time
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -127,12 +128,13 @@ def show(
 
     record = walks.load_walk(file, layout=layout, rate_hz=rate)
     options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
+    begin_s = time.perf_counter()
     with _progress() as bar:
         task = bar.add_task(record.name, total=1.0)
         result = walks.estimate(
             record, options, progress=lambda share: bar.update(task, completed=share)
         )
-    summary = walks.summarise(result)
+    summary = walks.summarise(result, computed_s=time.perf_counter() - begin_s)
     if csv:
         files.write_path(csv, result)
     if output:
@@ -156,6 +158,7 @@ def score(
         Path,
         typer.Argument(help="Folder of walks whose path is known, or one.", show_default=False),
     ],
+    only: Annotated[str, typer.Option(help="Walks whose names begin so.", show_default=False)] = "",
     detector: DetectorOption = Detector.adaptive_shoe,
     navigator: NavigatorOption = Navigator.kalman,
     causal: CausalOption = False,
@@ -177,7 +180,7 @@ def score(
     """
     from terazi.applications import walks
 
-    paths = walks.find_walks(folder)
+    paths = walks.find_walks(folder, only)
     options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
     records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
     with _progress() as bar:
@@ -194,6 +197,39 @@ def score(
         print(json.dumps(result.plain()))
     else:
         _show(result, options)
+
+
+class Route(StrEnum):
+    """Where the simulated foot goes."""
+
+    square = "square"
+    circle = "circle"
+    corridor = "corridor"
+    stairs = "stairs"
+    run = "run"
+    ten_minutes = "ten_minutes"
+
+
+@walk.command()
+def simulate(
+    route: Annotated[Route, typer.Argument(help="Where the foot goes.", show_default=False)],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="The .npz to write.", show_default=False)
+    ],
+    seed: Annotated[int, typer.Option(help="Of the sensor's errors.", min=0)] = 1,
+    rate: Annotated[float, typer.Option(help="Samples a second.", min=50, max=1000)] = 200.0,
+) -> None:
+    """Write a simulated walk with its exact path, as an .npz that the other verbs read.
+
+    [dim]Examples:[/]  terazi walk simulate square -o square.npz
+    terazi walk square.npz
+    """
+    from terazi.applications.walks import formats, simulator
+
+    pieces = simulator.ROUTES[route.value]()
+    made = simulator.simulate(pieces, seed=seed, rate_hz=rate, name=output.stem)
+    formats.save_walk(output, made)
+    out.print(f"written {output}, {made.t_s[-1]:.0f} s", soft_wrap=True)
 
 
 class Net(StrEnum):

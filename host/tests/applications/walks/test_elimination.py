@@ -10,7 +10,11 @@ from terazi.applications.walks import Options, estimate, path_errors, simulator
 from terazi.applications.walks.complementary import ComplementarySettings
 from terazi.applications.walks.elimination import eliminate
 
-RAW = Options(navigator="complementary", complementary=ComplementarySettings(bias="none"))
+RAW = Options(
+    navigator="complementary",
+    roll_share=0.0,
+    complementary=ComplementarySettings(bias="none"),
+)
 BENDING = np.radians(0.5)  # rad/s about the vertical
 
 

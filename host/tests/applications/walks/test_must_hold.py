@@ -8,7 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from terazi.applications.walks import Options, estimate, find_walks, load_walk, score
+from terazi.applications.walks import (
+    NAVIGATORS,
+    Options,
+    estimate,
+    find_walks,
+    load_walk,
+    path_errors,
+    score,
+)
 
 CUTS = (0.5, 0.62, 0.77, 0.9)
 
@@ -42,6 +50,20 @@ def test_footprints_are_met_within_half_a_metre(data):
 
 def test_the_short_walk_closes_within_10_cm_in_space(data):
     assert scored(data / "xio_gait").closure_m <= 0.10
+
+
+@pytest.mark.parametrize("navigator", NAVIGATORS)
+def test_drift_elimination_makes_no_recorded_walk_worse(data, navigator):
+    for path in find_walks(data / "footprints") + find_walks(data / "vicon"):
+        walk = load_walk(path)
+        without, with_ = (
+            path_errors(walk, estimate(walk, options).path.pos_w_m).rmse_2d_m
+            for options in (
+                Options(navigator=navigator),
+                Options(navigator=navigator, eliminate_drift=True),
+            )
+        )
+        assert with_ <= without + 0.01, path.stem
 
 
 def cut(walk, share):

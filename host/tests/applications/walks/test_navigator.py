@@ -10,7 +10,6 @@ from terazi.applications.walks import ALL_DETECTORS, Options, estimate, path_err
 from terazi.applications.walks.navigator import KalmanSettings, stance_ages
 from terazi.cshared import Ins
 
-IDEAL = KalmanSettings(gyro_delay_s=0.0)  # for a sensor that has no delay either
 SQUARE = simulator.simulate(simulator.square(10.0), seed=11, name="square")
 
 
@@ -26,7 +25,7 @@ def error_2d_m(walk, **options):
 )
 def test_kalman_finds_a_perfect_sensor_s_path_within_millimetres(route):
     walk = simulator.simulate(route, seed=1, mems=simulator.PERFECT)
-    assert error_2d_m(walk, kalman=IDEAL) < 0.003
+    assert error_2d_m(walk, roll_share=0.0) < 0.003
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -87,7 +86,7 @@ def test_heading_at_the_start_is_free_and_the_mount_does_not_matter():
             simulator.simulate(
                 simulator.square(5.0), seed=3, mems=simulator.PERFECT, mount_wb=mount
             ),
-            kalman=IDEAL,
+            roll_share=0.0,
         )
         for mount in mounts
     ]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from terazi.applications.walks import simulator
+from terazi.applications.walks import ALL_DETECTORS, NAVIGATORS, simulator
 from terazi.cli import app
 
 WALK = simulator.simulate(simulator.square(5.0), seed=3)
@@ -70,6 +70,8 @@ def test_walk_score_prints_the_promised_json_and_nothing_else(run, record):
     assert set(found["mean"]) == {"rmse_2d_m", "rmse_3d_m", "closure_m"}
     assert found["mean"]["rmse_3d_m"] is None
     assert found["mean"] == found["trials"]["square"]
+    assert json.loads(run("score", record.parent, "--only", "squ", "--json").stdout) == found
+    assert "begins with 2018" in run("score", record.parent, "--only", "2018", code=9).stderr
 
 
 @pytest.mark.parametrize(
@@ -104,3 +106,21 @@ def test_walk_tables_names_both_documents(run):
     without, with_ = found["article_simulated"]
     assert with_["Y drift m"] < 0.5 * without["Y drift m"]
     assert with_["X error %"] < 1.5
+
+
+def test_a_simulated_walk_is_written_and_read_again(run, tmp_path):
+    path = tmp_path / "circle.npz"
+    assert "written" in run("simulate", "circle", "-o", path, "--seed", "4").stdout
+    figures = json.loads(run(path, "--json").stdout)
+    assert figures["rmse_3d_m"] < 0.5
+    assert figures["closure_m"] < 0.5
+    refused = run("simulate", "circle", "-o", tmp_path / "no" / "such.npz", code=8)
+    assert "such.npz" in refused.stderr
+
+
+def test_every_route_of_the_simulator_has_its_name_on_the_command_line():
+    from terazi.cli.walk import Detector, Navigator, Route
+
+    assert [each.value for each in Route] == list(simulator.ROUTES)
+    assert {each.value for each in Detector} == set(ALL_DETECTORS)
+    assert [each.value for each in Navigator] == list(NAVIGATORS)

@@ -35,7 +35,6 @@ class ComplementarySettings:
     mode: str = "second_order"
     bias: str = "rest"
     start_still_s: float = 0.5
-    gyro_delay_s: float = 0.0025
 
 
 def _counts(values: np.ndarray, per_unit: float) -> np.ndarray:
@@ -48,7 +47,7 @@ def attitudes(walk: Walk, still: np.ndarray, settings: ComplementarySettings) ->
     if settings.bias == "start":
         gyro_rad_s = gyro_rad_s - start_bias(walk, still, settings.start_still_s)
     gyro = _counts(gyro_rad_s, GYRO_COUNTS_PER_RAD_S)
-    acc = _counts(walk.acc_at_gyro_b_m_s2(settings.gyro_delay_s), ACC_COUNTS_PER_M_S2)
+    acc = _counts(walk.acc_b_m_s2, ACC_COUNTS_PER_M_S2)
     rest = None
     if settings.bias == "rest":
         rest = Rest(rest_design.config_at(walk.rate_hz), gyro[0], acc[0])
@@ -81,7 +80,7 @@ def complementary(
     still = detection.still
     quats = attitudes(walk, still, settings)
     dt_s = walk.dt_s[:, None]
-    free = rotated(quats, walk.acc_at_gyro_b_m_s2(settings.gyro_delay_s)) - [0.0, 0.0, GRAVITY_M_S2]
+    free = rotated(quats, walk.acc_b_m_s2) - [0.0, 0.0, GRAVITY_M_S2]
     vel = np.cumsum(free * dt_s, axis=0)
     at = np.arange(len(walk))
     if causal:

@@ -7,7 +7,8 @@
     shoe              acceleration less gravity along its own mean, and angular rate, in one
                       mean square (Skog, Haendel, Nilsson, Rantakokko 2010)  rad/s
     adaptive_shoe     the same against a threshold that follows its own minimum near by
-    learnt            a small recurrent network's doubt, 1 - probability    of 1 (networks.py)
+    learnt            a small recurrent network's doubt, 1 - probability    of 1 (networks.py); its
+                      threshold follows its least value near by as well
     low_pass          the acceleration's size, high-passed, rectified and low-passed (Butterworth)
                       g, as x-io's gait example and the article have it
 
@@ -71,16 +72,17 @@ class AdaptiveShoe:
 
 
 MOVING_VARIANCE = Fixed(0.045, 0.35)
-MAGNITUDE = Fixed(0.045, 0.6)
-RATE_ENERGY = Fixed(0.045, 0.6)
-SHOE = Fixed(0.045, 0.8)
-LOW_PASS = Fixed(0.0, 0.05)
+MAGNITUDE = Fixed(0.045, 1.2)
+RATE_ENERGY = Fixed(0.045, 1.0)
+SHOE = Fixed(0.045, 0.9)
+LOW_PASS = Fixed(0.0, 0.1)
 SHOE_M_S2_PER_RAD_S = 11.0
 LOW_PASS_HZ = 5.0
+LEARNT_NEAR_S, LEARNT_MORE, LEARNT_HIGH = 1.2, 1.4, 0.8
 HIGH_PASS_HZ = 0.001
 
-ADAPTIVE_BATCH = AdaptiveShoe(0.025, 4.4, 1.29, 1.45, 0.111, 1.94)
-ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 34.0, 1.24, 1.40, 0.145, 1.83)
+ADAPTIVE_BATCH = AdaptiveShoe(0.025, 4.4, 1.29, 1.45, 0.118, 1.94)
+ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 40.0, 1.24, 1.40, 0.145, 2.5)
 
 
 def _fixed(walk: Walk, motion, settings: Fixed, unit: str, *, causal: bool) -> Detection:
@@ -139,11 +141,20 @@ def adaptive_shoe_detector(walk: Walk, settings: AdaptiveShoe, *, causal: bool) 
     return Detection(motion, threshold, "rad/s", ahead_s)
 
 
-def learnt_detector(walk: Walk, network: Network, accept: float | None = None) -> Detection:
-    """A network's doubt: it is causal in any case."""
-    accept = network.accept if accept is None else accept
+def learnt_detector(
+    walk: Walk, network: Network, *, least_doubt: float | None = None, causal: bool
+) -> Detection:
+    """A network's doubt, 1 - probability, against its own least value near by, as for SHOE: what is
+    accepted at one fixed probability misses every stance of some walkers.
+
+    least_doubt : lowest threshold; None: what the network's file accepts.
+    """
     motion = 1 - network.probability(walk)
-    return Detection(motion, np.full(len(walk), 1 - accept), "of 1, doubt", 0.0)
+    low = 1 - network.accept if least_doubt is None else least_doubt
+    length = odd_length(LEARNT_NEAR_S, walk.rate_hz)
+    least = moving_min(motion, length, causal=causal)
+    threshold = np.clip(LEARNT_MORE * least, low, max(low, LEARNT_HIGH))
+    return Detection(motion, threshold, "doubt", 0.0 if causal else LEARNT_NEAR_S / 2)
 
 
 def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:

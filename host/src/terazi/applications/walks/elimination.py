@@ -34,10 +34,10 @@ class EliminationSettings:
     first_len: int = 5
     straight_rad: float = np.radians(15.0)
     run_len: int = 4
-    drift_rad_s: float = np.radians(0.8)
+    drift_rad_s: float = np.radians(1.0)
     misfit_rad: float = np.radians(4.0)
     least_rad: float = np.radians(3.0)  # in all: less is not worth the risk
-    in_runs: float = 0.6  # share of the strides
+    in_runs: float = 0.55  # share of the strides
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,14 @@ from terazi.applications.walks.checks import check_standing, stride_note
 from terazi.applications.walks.complementary import ComplementarySettings, complementary
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.elimination import eliminate
-from terazi.applications.walks.navigator import CAUSAL, RECORDED, KalmanSettings, Path, kalman
+from terazi.applications.walks.navigator import (
+    CAUSAL,
+    RECORDED,
+    KalmanSettings,
+    Path,
+    kalman,
+    rolled,
+)
 from terazi.applications.walks.networks import SHIPPED, load_network
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.steps import Strides, find_strides
@@ -28,6 +35,10 @@ DETECTORS = {
 }
 """Each with its settings for a recorded walk and for a causal run."""
 LEARNT = "learnt"
+ROLL_SHARE = 0.012
+"""By this share of its length each stride is longer than zero velocity makes it: in a stance the
+foot rolls ahead, by a centimetre or two. Found alike on optical truth (1.4 %) and on footprints
+measured with a ruler (1.3 %), other people with other sensors."""
 ALL_DETECTORS = (*DETECTORS, LEARNT)
 NAVIGATORS = ("kalman", "complementary")
 
@@ -41,6 +52,7 @@ class Options:
     causal: bool = False
     threshold: float | None = None  # another than the detector's own
     weights: Weights | None = None  # of the learnt detector; None: those that are shipped
+    roll_share: float = ROLL_SHARE
     eliminate_drift: bool = False  # heuristically; recorded walks only
     kalman: KalmanSettings | None = None  # None: RECORDED or CAUSAL
     complementary: ComplementarySettings = field(default_factory=ComplementarySettings)
@@ -60,8 +72,9 @@ def detect(walk: Walk, options: Options) -> Detection:
     """When the foot stands still."""
     if options.detector == LEARNT:
         network = load_network(options.weights or SHIPPED)
-        accept = None if options.threshold is None else 1 - options.threshold
-        return of.learnt_detector(walk, network, accept)
+        return of.learnt_detector(
+            walk, network, least_doubt=options.threshold, causal=options.causal
+        )
     if options.detector not in DETECTORS:
         raise ValueError(f"no detector {options.detector!r}; there are {', '.join(ALL_DETECTORS)}")
     run, batch, causal = DETECTORS[options.detector]
@@ -88,6 +101,7 @@ def estimate(
         path = kalman(walk, detection, settings, causal=options.causal, progress=progress)
     else:
         path = complementary(walk, detection, options.complementary, causal=options.causal)
+    path = rolled(path, options.roll_share)
     strides = find_strides(path, walk.rate_hz)
     notes = stride_note(strides_s(walk, strides))
     if options.eliminate_drift:

@@ -17,7 +17,7 @@ import numpy as np
 from terazi.applications.walks import layouts
 from terazi.applications.walks.checks import check
 from terazi.applications.walks.record import Truth, Walk
-from terazi.errors import CannotRead
+from terazi.errors import CannotRead, CannotWrite
 
 SUFFIXES = (".npz", ".csv")
 JUMP_M = 0.05  # of one sample: no foot does that
@@ -25,15 +25,20 @@ MASK_S = 0.25  # around a jump the truth does not count
 LEFT_HANDED = np.array([1.0, -1.0, 1.0])
 
 
-def find_walks(folder: Path) -> list[Path]:
-    """The records of a folder, or the one file named; never none."""
+def find_walks(folder: Path, begins: str = "") -> list[Path]:
+    """The records of a folder whose names begin so, or the one file named; never none."""
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
         raise CannotRead(f"{folder}: no such file or folder")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
+    paths = sorted(
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in SUFFIXES and path.name.startswith(begins)
+    )
     if not paths:
-        raise CannotRead(f"{folder}: holds no file that ends in {' or '.join(SUFFIXES)}")
+        which = f" and begins with {begins}" if begins else ""
+        raise CannotRead(f"{folder}: holds no file that ends in {' or '.join(SUFFIXES)}{which}")
     return paths
 
 
@@ -122,3 +127,17 @@ def _labels(fields: dict, count: int) -> np.ndarray | None:
     if labels is None or np.shape(labels) != (count,):
         return None
     return np.asarray(labels).astype(bool)
+
+
+def save_walk(path: Path, walk: Walk) -> None:
+    """Write an .npz as load_walk reads it: a walk whose truth is known at every sample."""
+    fields = {"imu": np.hstack([walk.acc_b_m_s2, walk.gyro_b_rad_s]), "ts": walk.t_s}
+    if walk.truth is not None:
+        fields["gt"] = walk.truth.pos_t_m * LEFT_HANDED
+    if walk.zero_velocity is not None:
+        fields |= {"best_detector": "shoe", "zv_shoe_opt": walk.zero_velocity.astype(np.uint8)}
+    try:
+        with path.open("wb") as stream:
+            np.savez_compressed(stream, **fields)
+    except OSError as error:
+        raise CannotWrite(f"{path}: {error.strerror or error}") from None

@@ -11,7 +11,7 @@ stands higher or lower than that has climbed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,26 +30,25 @@ class KalmanSettings:
     second where they are noises."""
 
     vel_sigma_m_s: float = 0.066
-    vel_doubt: float = 3.9  # variance x (1 + vel_doubt x doubt)
+    vel_doubt: float = 4.3  # variance x (1 + vel_doubt x doubt)
     rate_sigma_rad_s: float = 0.03  # in a standstill
-    stance_rate_sigma_rad_s: float = 0.7  # in every stance; 0: not used
+    stance_rate_sigma_rad_s: float = 0.6  # in every stance; 0: not used
     standstill_s: float = 0.45  # of quiet that make a stance a standstill
     standstill_rad_s: float = 0.02  # the rate's spread in it
-    level_sigma_m: float = 0.018
+    level_sigma_m: float = 0.012
     level_gate_m: float = 0.08  # 0: floors are not level
     level_after_s: float = 0.04  # of a stance
     gate_sigmas: float = 0.0  # innovations beyond count less; 0: never
-    attitude_noise_rad: float = 0.006
+    attitude_noise_rad: float = 0.0063
     velocity_noise_m_s: float = 0.0114
     gyro_bias_noise_rad_s: float = 6e-6
-    acc_bias_noise_m_s2: float = 0.004
+    acc_bias_noise_m_s2: float = 0.0026
     attitude_sigma_rad: float = 0.02
     gyro_bias_sigma_rad_s: float = 0.004
-    acc_bias_sigma_m_s2: float = 0.17
+    acc_bias_sigma_m_s2: float = 0.23
     gyro_scale_sigma: float = 0.0  # any of these three: 24 states
     acc_scale_sigma: float = 0.0
     gravity_sigma_m_s2: float = 0.0
-    gyro_delay_s: float = 0.0025  # by which its filter is slower than the accelerometer's
     align_s: float = 0.35  # over which the first acceleration is averaged
     smooth_s: float = 0.5  # of the future, at least; 0: a filter
 
@@ -57,19 +56,20 @@ class KalmanSettings:
 RECORDED = KalmanSettings()
 CAUSAL = KalmanSettings(
     vel_sigma_m_s=0.066,
-    vel_doubt=3.4,
+    vel_doubt=12.0,
     rate_sigma_rad_s=0.036,
-    stance_rate_sigma_rad_s=0.5,
+    stance_rate_sigma_rad_s=0.4,
     standstill_s=0.2,
-    standstill_rad_s=0.0083,
-    level_sigma_m=0.009,
+    standstill_rad_s=0.0084,
+    level_sigma_m=0.01,
     level_after_s=0.05,
-    attitude_noise_rad=0.02,
+    attitude_noise_rad=0.019,
     velocity_noise_m_s=0.004,
-    gyro_bias_noise_rad_s=5.6e-5,
+    gyro_bias_noise_rad_s=2e-5,
     acc_bias_noise_m_s2=0.0014,
-    gyro_bias_sigma_rad_s=0.0031,
-    align_s=0.2,
+    gyro_bias_sigma_rad_s=0.0027,
+    acc_bias_sigma_m_s2=0.107,
+    align_s=0.125,
     smooth_s=0.0,
 )
 """Chosen for the two modes apart; the README tells how."""
@@ -158,7 +158,7 @@ def kalman(
     )
     smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
     rows, _biases = ins.run(
-        *(walk.dt_s, walk.acc_at_gyro_b_m_s2(settings.gyro_delay_s), walk.gyro_b_rad_s),
+        *(walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s),
         *(vel, rate, level),
         smooth_len=smooth_len,
         progress=progress,
@@ -169,6 +169,12 @@ def kalman(
     if smooth_len:
         known = max(0, known // smooth_len - 1) * smooth_len
     return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, known)
+
+
+def rolled(path: Path, share: float) -> Path:
+    """The path with what the foot rolls ahead in each stance, where zero velocity denies it."""
+    wider = np.array([1 + share, 1 + share, 1.0])
+    return replace(path, pos_w_m=path.pos_w_m * wider, vel_w_m_s=path.vel_w_m_s * wider)
 
 
 def final_samples(walk: Walk, ahead_s: float) -> int:

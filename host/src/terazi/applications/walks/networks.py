@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from terazi.applications.walks.record import Walk
-from terazi.errors import CannotRead
+from terazi.errors import CannotRead, CannotWrite
 
 GRAVITY_M_S2 = 9.81
 ACC_FLOOR_M_S2, RATE_FLOOR_RAD_S, OCTAVES = 0.02, 0.01, 10.0
@@ -219,7 +219,7 @@ def save_network(path: Path, network: Network) -> None:
         fields |= dict(
             zip((f"w_ih_{k}", f"w_hh_{k}", f"b_ih_{k}", f"b_hh_{k}"), layer, strict=True)
         )
-    with path.open("wb") as stream:
+    with _opened(path) as stream:
         np.savez_compressed(
             stream,
             kind=network.kind,
@@ -232,3 +232,10 @@ def save_network(path: Path, network: Network) -> None:
             provenance=network.provenance,
             **fields,
         )
+
+
+def _opened(path: Path):
+    try:
+        return path.open("wb")
+    except OSError as error:
+        raise CannotWrite(f"{path}: {error.strerror or error}") from None

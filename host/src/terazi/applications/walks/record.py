@@ -61,13 +61,6 @@ class Walk:
         steps = np.diff(self.t_s)
         return np.concatenate([[1 / self.rate_hz], steps])
 
-    def acc_at_gyro_b_m_s2(self, gyro_delay_s: float) -> np.ndarray:
-        """(n, 3) acceleration as old as what the gyroscope says, which its filter holds back."""
-        if gyro_delay_s == 0:
-            return self.acc_b_m_s2
-        then_s = self.t_s - gyro_delay_s
-        return np.column_stack([np.interp(then_s, self.t_s, axis) for axis in self.acc_b_m_s2.T])
-
     @property
     def may_return(self) -> bool:
         """Its closure says something: the truth returns, or nobody knows better."""

@@ -5,7 +5,8 @@ Motion is made of polynomials that join with four continuous derivatives, so acc
 angular rate are written down, not differenced. Samples are those of the middle of each interval,
 the truth that of its end, which is what a converter's mean over the interval comes to.
 A stride lifts the heel (the foot pitches down by about a radian), swings, and comes to stand toe
-up. In a stance the foot may rock a little about its sole: no detector's paradise.
+up. In a stance the foot may rock a little about its sole: no detector's paradise. It does not roll
+ahead, as a real one does: for this foot `Options.roll_share` is 0.
 """
 
 from __future__ import annotations
@@ -65,11 +66,10 @@ class Mems:
     gyro_walk_rad_s: float = 2e-5  # gained in a second
     gyro_range_rad_s: float = np.radians(2000.0)
     acc_range_m_s2: float = 16 * 9.81
-    gyro_delay_s: float = 0.0025  # its filter's, behind the accelerometer
     impact_m_s2: float = 15.0  # where a foot comes down: 55 Hz, gone in 60 ms
 
 
-PERFECT = Mems(0, 0, 0, 0, 0, 0, 0, np.inf, np.inf, 0, 0)
+PERFECT = Mems(0, 0, 0, 0, 0, 0, 0, np.inf, np.inf, 0)
 
 
 def stand(seconds: float) -> list[Motion]:
@@ -144,6 +144,25 @@ def corridor(length_m: float = 26.0, *, steps: int = 16) -> list[Motion]:
     return [*stand(4.0), *half, *flight, *half, *stand(3.0)]
 
 
+def minutes(count: float) -> list[Motion]:
+    """Rounds of a square of 20 m until that much time has gone by."""
+    pieces = square(20.0)
+    while sum(piece.duration_s for piece in pieces) < 60 * count:
+        pieces += square(20.0)[1:]
+    return pieces
+
+
+ROUTES = {
+    "square": lambda: square(10.0),
+    "circle": lambda: circle(5.0, rounds=2),
+    "corridor": corridor,
+    "stairs": lambda: [*stand(3.0), *staircase(20), *stand(2.0)],
+    "run": lambda: [*stand(3.0), *strides(20, RUNNING), *stand(2.0)],
+    "ten_minutes": lambda: minutes(10),
+}
+"""By name, for the command line."""
+
+
 def simulate(
     pieces: Sequence[Motion],
     *,
@@ -165,12 +184,11 @@ def simulate(
     state = _motion(pieces, ends_s, t_s)
     middle = _motion(pieces, ends_s, t_s - 0.5 / rate_hz)
     mems = mems or Mems()
-    late = _motion(pieces, ends_s, t_s - 0.5 / rate_hz - mems.gyro_delay_s)
     foot = _matrices(middle.angles)
     mount = _mount(rng) if mount_wb is None else _matrix_of(mount_wb)
     force_w = middle.acc_m_s2 + np.array([0.0, 0.0, GRAVITY_M_S2])
     force_f = np.einsum("nji,nj->ni", foot, force_w)
-    rate_f = _rates(late.angles, late.angle_rates)
+    rate_f = _rates(middle.angles, middle.angle_rates)
     acc, gyro = _sensed(rng, mems, t_s, rate_hz, ends_s, pieces, force_f @ mount, rate_f @ mount)
     truth = Truth(np.arange(count), state.pos_m, from_start=True)
     return Walk(name, t_s - t_s[0], acc, gyro, truth, middle.still)

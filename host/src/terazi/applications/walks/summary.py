@@ -17,6 +17,7 @@ class Summary:
 
     name: str
     duration_s: float
+    computed_s: float  # how long it took
     rate_hz: float
     settled_s: float
     still_share: float
@@ -48,6 +49,7 @@ class Summary:
             ("height", f"{self.climbed_m:.2f} m up, {self.descended_m:.2f} m down"),
             ("end", "x {:.2f} m, y {:.2f} m, z {:.2f} m".format(*self.end_w_m)),
         ]
+        rows.insert(1, ("computed", f"in {self.computed_s:.2f} s"))
         # Of a loop it is the error; what is no loop ends elsewhere.
         rows.append(("end to start", f"{self.end_distance_m:.3f} m"))
         if self.rmse_2d_m is not None:
@@ -57,7 +59,7 @@ class Summary:
         return rows
 
 
-def summarise(result: Result) -> Summary:
+def summarise(result: Result, *, computed_s: float = 0.0) -> Summary:
     """The figures of one path."""
     walk, path, strides = result.walk, result.path, result.strides
     known = path_errors(walk, path.pos_w_m)
@@ -66,6 +68,7 @@ def summarise(result: Result) -> Summary:
     return Summary(
         name=walk.name,
         duration_s=float(walk.t_s[-1] - walk.t_s[0]),
+        computed_s=computed_s,
         rate_hz=walk.rate_hz,
         settled_s=float(walk.t_s[max(path.settled, 1) - 1] - walk.t_s[0]),
         still_share=float(np.mean(path.still)),

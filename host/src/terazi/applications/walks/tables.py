@@ -56,6 +56,7 @@ def _article(eliminate: bool, bias: str) -> Options:
     return Options(
         navigator="complementary",
         eliminate_drift=eliminate,
+        roll_share=0.0,
         complementary=ComplementarySettings(bias=bias),
     )
 
@@ -132,9 +133,9 @@ def thesis_table(weights: Path | None) -> Shown:
         "stairs": [*simulator.stand(3), *simulator.staircase(20), *simulator.stand(2)],
     }
     runs = {
-        "standard (SHOE, fixed)": Options(detector="shoe", causal=True),
-        "learnt": Options(detector=LEARNT, causal=True, weights=weights),
-        "adaptive SHOE": Options(),
+        "standard (SHOE, fixed)": Options(detector="shoe", causal=True, roll_share=0.0),
+        "learnt": Options(detector=LEARNT, causal=True, roll_share=0.0, weights=weights),
+        "adaptive SHOE": Options(roll_share=0.0),
     }
     rows = []
     for route, pieces in routes.items():
