@@ -3,9 +3,9 @@
  * counted once.
  *
  * Model     a product enters where the mass reaches enter_mg and has left where it falls below
- *           leave_mg. Of the masses from settle_us after the entry on, the last
- *           CHECKWEIGHER_SAMPLES_MAX, those at least tail_us before the end are its stretch; they
- *           come evenly, so that the k-th from the end is k times the last interval old
+ *           leave_mg. Of the masses from settle_us after the entry to tail_us before the end the
+ *           first CHECKWEIGHER_SAMPLES_MAX are its stretch; they come evenly, so that the k-th
+ *           from the end is k times the last interval old
  * Weight    the platform rings: the stretch is a constant and one damped tone, unknown in frequency
  *           and damping. Smoothed by 1 4 6 4 1, its second difference is -g (x - weight) - b d, d
  *           the difference over two samples; least squares for b, g and the weight: second-order
@@ -16,8 +16,8 @@
  *           the platform, or where a mass of the stretch is half the first one off it: counted
  * When      a verdict comes with the second sample after the end; none is held for the next product
  *           before it. No call is long
- * Formats   mass mg in int32, limited to |mass| <= 2^30; time us, wrapping. The stretch is kept in
- *           units of 2^k mg, between 2^-14 and 2^-15 of its first mass
+ * Formats   mass mg in int32, limited to 2^30; time us, wrapping, no setting above 2^22. The
+ *           stretch is kept in units of 2^k mg, between 2^-14 and 2^-15 of its first mass
  * Bad data  a configuration is refused, and then nothing changes; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
@@ -33,9 +33,6 @@ enum {
     CHECKWEIGHER_SAMPLES_MIN = 12 /* a tone in fewer cannot be told from noise */
 };
 
-#define CHECKWEIGHER_TIME_MAX_US 4000000UL
-#define CHECKWEIGHER_GAP_MAX_US  500000UL
-
 /* What checkweigher_update answers. */
 typedef enum {
     CHECKWEIGHER_EMPTY,
@@ -46,14 +43,14 @@ typedef enum {
 
 /* In the caller's memory: it must stay. */
 typedef struct {
-    int32_t  limit_mg[CHECKWEIGHER_CLASSES_MAX - 1]; /* rising strictly, |.| <= 2^30 */
-    int32_t  enter_mg;                               /* leave_mg < enter_mg <= 2^30 */
-    int32_t  leave_mg;                               /* > 0 */
-    uint32_t settle_us;                              /* 0..CHECKWEIGHER_TIME_MAX_US */
-    uint32_t tail_us;                                /* the same */
-    uint32_t gap_us;                                 /* 1..CHECKWEIGHER_GAP_MAX_US; see Model */
-    uint8_t  classes;                                /* 1..CHECKWEIGHER_CLASSES_MAX */
-    uint8_t  samples_min;                            /* of CHECKWEIGHER_SAMPLES_MIN.._MAX */
+    int32_t  limit_mg[CHECKWEIGHER_CLASSES_MAX - 1]; /* those that count rise strictly */
+    int32_t  enter_mg;                               /* above leave_mg */
+    int32_t  leave_mg;                               /* above 0 */
+    uint32_t settle_us;
+    uint32_t tail_us;
+    uint32_t gap_us;      /* below two intervals of the converter, so that masses come evenly */
+    uint8_t  classes;     /* 1..CHECKWEIGHER_CLASSES_MAX */
+    uint8_t  samples_min; /* CHECKWEIGHER_SAMPLES_MIN.._MAX */
 } checkweigher_config_t;
 
 /* What a stretch comes to: sums of its smoothed masses z, from which the weight is solved. */
@@ -74,18 +71,18 @@ typedef struct {
 typedef struct {
     const checkweigher_config_t *config;
     bool                         loaded;
-    bool                         broken;      /* a gap or an interrupt since it entered */
-    uint8_t                      pending;     /* steps to go until the verdict */
-    uint8_t                      held;        /* masses of the product on the platform */
-    uint8_t                      class_at;    /* of the last product weighed */
-    uint8_t                      samples;     /* in the stretch of the last that left */
-    uint16_t                     unweighed;   /* products, stops at 65535 */
-    uint32_t                     last_us;     /* of the last sample */
-    uint32_t                     entered_us;  /* of the product on the platform, or the last */
-    uint32_t                     left_us;     /* of the last product */
-    uint32_t                     interval_us; /* mean from end to end of products, 1/8 each */
-    int32_t                      mass_mg;     /* of the last product weighed */
-    int32_t                      base_mg;     /* first mass held */
+    bool                         broken;        /* a gap or an interrupt since it entered */
+    uint8_t                      pending;       /* steps to go until the verdict */
+    uint8_t                      held;          /* masses of the product there, stops at 255 */
+    uint8_t                      class_at;      /* of the last product weighed */
+    uint8_t                      samples;       /* in the stretch of the last that left */
+    uint16_t                     unweighed;     /* products, stops at 65535 */
+    uint32_t                     last_us;       /* of the last sample */
+    uint32_t                     entered_us;    /* of the product on the platform, or the last */
+    uint32_t                     left_us;       /* of the last product */
+    uint32_t                     interval_32us; /* mean from end to end, 1/8 each */
+    int32_t                      mass_mg;       /* of the last product weighed */
+    int32_t                      base_mg;       /* first mass held */
     uint32_t                     counts[CHECKWEIGHER_CLASSES_MAX]; /* products of each class */
     union {                                                        /* one after the other */
         int16_t             off[CHECKWEIGHER_SAMPLES_MAX]; /* masses from base_mg, in units */
@@ -108,7 +105,7 @@ void checkweigher_interrupt(checkweigher_t *checkweigher);
 /* Products weighed, of all classes. */
 uint32_t checkweigher_weighed(const checkweigher_t *checkweigher);
 
-/* Products a minute, Q8, by interval_us; 0 before the second product, at most 65535. */
+/* Products a minute, Q8, by interval_32us; 0 before the second product, at most 65535. */
 uint16_t checkweigher_per_minute_q8(const checkweigher_t *checkweigher);
 
 #endif

@@ -5,43 +5,26 @@
 #include "fixed.h"
 #include "scale_wide.h"
 
-#include <string.h>
-
-#define MASS_MG            1073741824L /* 2^30 */
-#define MINUTE_US_OVER_256 234375UL    /* so that the ratio in Q32 is products a minute in Q24 */
+#define MASS_MG              1073741824L /* 2^30 */
+#define MINUTE_32US_OVER_256 7324UL      /* so that the ratio in Q32 is products a minute in Q24 */
 
 enum {
-    SAMPLES_MAX    = CHECKWEIGHER_SAMPLES_MAX,
-    INTERVAL_SHIFT = 3,
-    SMOOTHING      = 4, /* so many fewer are left */
-    STEPS          = 2  /* summing and solving, a sample each */
+    SAMPLES_MAX = CHECKWEIGHER_SAMPLES_MAX,
+    MEAN_SHIFT  = 3,
+    SMOOTHING   = 4, /* so many fewer are left */
+    STEPS       = 2  /* summing and solving, a sample each */
 };
-
-static bool times_hold(const checkweigher_config_t *config)
-{
-    const uint32_t most = CHECKWEIGHER_TIME_MAX_US;
-
-    return config->settle_us <= most && config->tail_us <= most && config->gap_us >= 1U &&
-           config->gap_us <= CHECKWEIGHER_GAP_MAX_US;
-}
-
-static bool limits_rise(const checkweigher_config_t *config)
-{
-    int32_t last = -MASS_MG - 1;
-
-    if (config->classes < 1U || config->classes > CHECKWEIGHER_CLASSES_MAX) { return false; }
-    for (uint8_t at = 0U; at + 1U < config->classes; ++at) {
-        if (config->limit_mg[at] <= last) { return false; }
-        last = config->limit_mg[at];
-    }
-    return last <= MASS_MG;
-}
 
 static bool is_lawful(const checkweigher_config_t *config)
 {
-    return limits_rise(config) && config->leave_mg > 0 && config->leave_mg < config->enter_mg &&
-           config->enter_mg <= MASS_MG && times_hold(config) &&
-           config->samples_min >= CHECKWEIGHER_SAMPLES_MIN && config->samples_min <= SAMPLES_MAX;
+    const uint8_t classes = config->classes, samples = config->samples_min;
+
+    if (classes < 1U || classes > CHECKWEIGHER_CLASSES_MAX) { return false; }
+    for (uint8_t at = 1U; at < classes - 1U; ++at) {
+        if (config->limit_mg[at] <= config->limit_mg[at - 1U]) { return false; }
+    }
+    return config->leave_mg > 0 && config->leave_mg < config->enter_mg &&
+           samples >= CHECKWEIGHER_SAMPLES_MIN && samples <= SAMPLES_MAX;
 }
 
 bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t *config)
@@ -68,14 +51,9 @@ static void hold(checkweigher_t *checkweigher, int32_t mass_mg)
     const int32_t base_mg = checkweigher->base_mg; /* both > 0 */
     const uint8_t shift   = unit_shift(base_mg);
     int32_t       off     = (mass_mg - base_mg + (int32_t)((1UL << shift) >> 1)) >> shift;
-    if (off > CHECKWEIGHER_OFF_MAX) { off = CHECKWEIGHER_OFF_MAX; }
-    if (off < -CHECKWEIGHER_OFF_MAX) { off = -CHECKWEIGHER_OFF_MAX; }
-    if (checkweigher->held == SAMPLES_MAX) {
-        --checkweigher->held;
-        memmove(&checkweigher->off[0], &checkweigher->off[1],
-                (SAMPLES_MAX - 1U) * sizeof checkweigher->off[0]);
-    }
-    checkweigher->off[checkweigher->held++] = (int16_t)off;
+    if (off >= CHECKWEIGHER_OFF_MAX || off <= -CHECKWEIGHER_OFF_MAX) { off = CHECKWEIGHER_OFF_MAX; }
+    if (checkweigher->held < SAMPLES_MAX) { checkweigher->off[checkweigher->held] = (int16_t)off; }
+    if (checkweigher->held != UINT8_MAX) { ++checkweigher->held; }
 }
 
 /* How many masses are old enough at the end. They came evenly: there was no gap. */
@@ -85,9 +63,9 @@ static uint8_t stretch(const checkweigher_t *checkweigher, uint32_t elapsed_us)
 
     for (uint32_t age_us = elapsed_us; len != 0U && age_us < checkweigher->config->tail_us;
          age_us += elapsed_us) {
-        --len; /* an age is below 2^22 + GAP_MAX_US */
+        --len; /* an age is below 2^23 */
     }
-    return len;
+    return len > SAMPLES_MAX ? SAMPLES_MAX : len;
 }
 
 static void judge(checkweigher_t *checkweigher)
@@ -113,18 +91,14 @@ uint32_t checkweigher_weighed(const checkweigher_t *checkweigher)
 /* The pace, from the end of one product to the end of the next. */
 static void pace(checkweigher_t *checkweigher, uint32_t device_us)
 {
-    const uint32_t elapsed_us = device_us - checkweigher->left_us;
-    const uint32_t mean_us    = checkweigher->interval_us;
+    const uint32_t elapsed_256us = (device_us - checkweigher->left_us) >> 8;
+    const uint32_t mean          = checkweigher->interval_32us;
     const bool first = checkweigher->unweighed == 0U && checkweigher_weighed(checkweigher) == 0U;
 
     checkweigher->left_us = device_us;
     if (first) { return; }
-    if (mean_us == 0U) {
-        checkweigher->interval_us = elapsed_us;
-    } else {
-        checkweigher->interval_us = mean_us - (mean_us >> INTERVAL_SHIFT) +
-                                    (elapsed_us >> INTERVAL_SHIFT);
-    }
+    checkweigher->interval_32us = mean == 0U ? elapsed_256us << MEAN_SHIFT
+                                             : mean - (mean >> MEAN_SHIFT) + elapsed_256us;
 }
 
 static checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t device_us,
@@ -202,10 +176,9 @@ void checkweigher_interrupt(checkweigher_t *checkweigher)
 
 uint16_t checkweigher_per_minute_q8(const checkweigher_t *checkweigher)
 {
-    const uint32_t interval_us = checkweigher->interval_us;
+    const uint32_t interval = checkweigher->interval_32us;
 
-    if (interval_us == 0U) { return 0U; }
-    if (interval_us <= MINUTE_US_OVER_256) { return UINT16_MAX; }
-    if (interval_us > 0x80000000U) { return 0U; } /* 36 minutes: less than 1/256 a minute is 0 */
-    return (uint16_t)(scale_wide_ratio(MINUTE_US_OVER_256, interval_us) >> 16);
+    if (interval == 0U) { return 0U; }
+    if (interval <= MINUTE_32US_OVER_256) { return UINT16_MAX; }
+    return (uint16_t)(scale_wide_ratio(MINUTE_32US_OVER_256, interval) >> 16);
 }

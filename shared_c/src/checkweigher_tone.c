@@ -8,17 +8,16 @@
 enum {
     PASSES      = 4,  /* of means of two: 1 4 6 4 1 in all */
     SPREAD_BITS = 12, /* of the smoothed about their mean: 26 squares stay below 2^29 */
-    TONE_SHIFT  = 4,  /* 1/g and b/g are below 2^4 */
-    UNITS_SHIFT = 8,  /* a unit in Q8 */
-    LARGE_BITS  = 29  /* of the largest moment, as the products want it */
+    TONE_SHIFT  = 4,  /* 1/g is below 2^4 */
+    UNITS_SHIFT = 8   /* a unit in Q8 */
 };
 
 /* Moments of the smoothed, about their means: x itself, its second difference v, its first d. */
 enum { UU, UV, UD, VD, DD, MOMENTS };
 
-static void add_product(int32_t *sum, int16_t a, int16_t b)
+static int32_t product(int16_t a, int16_t b)
 {
-    *sum += (int32_t)a * b;
+    return (int32_t)a * b;
 }
 
 static uint32_t size_of(int32_t value)
@@ -37,7 +36,7 @@ static int32_t share_of(int32_t a, uint32_t b)
 bool checkweigher_tone_smooth(int16_t off[], uint8_t len)
 {
     for (uint8_t at = 0U; at != len; ++at) {
-        if (off[at] == CHECKWEIGHER_OFF_MAX || off[at] == -CHECKWEIGHER_OFF_MAX) { return false; }
+        if (off[at] == CHECKWEIGHER_OFF_MAX) { return false; }
     }
     /* Means of two, four times over; halves go down and up in turn. */
     for (uint8_t pass = 0U; pass != PASSES; ++pass) {
@@ -96,59 +95,27 @@ void checkweigher_tone_sum(checkweigher_sums_t *sums, int16_t smooth[], uint8_t 
     };
 }
 
-/* Each |.| < 2^31. */
+/* All halved together until 16 bits hold them. */
 static void moments(const checkweigher_sums_t *sums, int16_t sum_v, int16_t sum_d,
-                    int32_t all[MOMENTS])
+                    int16_t small[MOMENTS])
 {
     const int16_t z0 = sums->first[0], z1 = sums->first[1];
     const int16_t y0 = sums->last[0], y1 = sums->last[1];
-    int32_t       mean_vd = 0, mean_dd = 0;
+    int32_t       all[MOMENTS]; /* each |.| < 2^31 */
+    uint32_t      any   = 0U;
+    uint8_t       shift = 0U;
 
-    add_product(&mean_vd, sum_d, sum_v);
-    add_product(&mean_dd, sum_d, sum_d);
     all[UU] = sums->square;
-    all[UD] = 0;
-    add_product(&all[UD], y0, y1);
-    add_product(&all[UD], z0, (int16_t)-z1);
+    all[UD] = product(y0, y1) - product(z0, z1);
     all[UV] = 2 * (sums->neighbour - sums->square) - all[UD];
-    all[VD] = -share_of(mean_vd, sums->over_count);
-    add_product(&all[VD], (int16_t)(y1 - y0), (int16_t)(y1 - y0));
-    add_product(&all[VD], (int16_t)(z1 - z0), (int16_t)(z0 - z1));
-    all[DD] = 2 * (sums->square - sums->across) - share_of(mean_dd, sums->over_count);
-    add_product(&all[DD], (int16_t)(z0 + z1), (int16_t)(z0 - z1));
-    add_product(&all[DD], (int16_t)(y1 + y0), (int16_t)(y1 - y0));
-}
-
-/* As large as they may be; false where all are 0. */
-static bool enlarge(int32_t all[MOMENTS])
-{
-    uint32_t any   = 0U;
-    uint8_t  shift = 0U;
-
+    all[VD] = product(sum_v, (int16_t)(y1 - y0 + z1 - z0)) -
+              share_of(product(sum_d, sum_v), sums->over_count);
+    all[DD] = 2 * (sums->square - sums->across) + product((int16_t)(y1 + y0), (int16_t)(y1 - y0)) -
+              product((int16_t)(z1 + z0), (int16_t)(z1 - z0)) -
+              share_of(product(sum_d, sum_d), sums->over_count);
     for (uint8_t at = 0U; at != MOMENTS; ++at) { any |= size_of(all[at]); }
-    if (any == 0U) { return false; }
-    for (; any < 1UL << LARGE_BITS; any <<= 1) { ++shift; }
-    for (uint8_t at = 0U; at != MOMENTS; ++at) { all[at] = (int32_t)((uint32_t)all[at] << shift); }
-    return true;
-}
-
-/* a b - c d, over 2^32: |.| < 2^31 for numbers up to 2^31. */
-static int32_t determinant(const int32_t all[MOMENTS], uint8_t a, uint8_t b, uint8_t c, uint8_t d)
-{
-    const int32_t ab = share_of(all[a], size_of(all[b]));
-    const int32_t cd = share_of(all[c], size_of(all[d]));
-
-    return (all[b] < 0 ? -ab : ab) - (all[d] < 0 ? -cd : cd);
-}
-
-/* sum * part / whole; 0 where that is no tone of the range: part < 16 whole, whole > 0. */
-static int32_t tone_part(int16_t sum, uint8_t shift, int32_t part, int32_t whole)
-{
-    const uint32_t size = size_of(part) >> TONE_SHIFT;
-    const int32_t  made = share_of((int32_t)((uint32_t)(int32_t)sum << (TONE_SHIFT + shift)),
-                                   scale_wide_ratio(size, (uint32_t)whole));
-
-    return part < 0 ? -made : made;
+    for (; any >= 1UL << 15; any >>= 1) { ++shift; }
+    for (uint8_t at = 0U; at != MOMENTS; ++at) { small[at] = (int16_t)(all[at] >> shift); }
 }
 
 /* What the tone has put into sum: -(sum of x - weight), by the mean of its equation. */
@@ -158,20 +125,25 @@ static int32_t tone_share(const checkweigher_sums_t *sums)
     const int16_t rise_y = (int16_t)(sums->last[1] - sums->last[0]);
     const int16_t sum_v  = (int16_t)(rise_y - rise_z); /* |.| <= 2^14 */
     const int16_t sum_d  = (int16_t)(rise_y + rise_z + 2 * (sums->last[0] - sums->first[1]));
-    int32_t       all[MOMENTS];
+    int16_t       m[MOMENTS]; /* |.| <= 2^15, uu and dd below it */
 
-    moments(sums, sum_v, sum_d, all);
-    if (!enlarge(all)) { return 0; }
-    const int32_t det = determinant(all, UU, DD, UD, UD);
-    const int32_t g   = determinant(all, VD, UD, UV, DD); /* g det */
-    const int32_t b   = determinant(all, UV, UD, VD, UU); /* b det */
-    if (g <= (det >> TONE_SHIFT) || (uint32_t)g <= size_of(b) >> TONE_SHIFT) { return 0; }
-    return tone_part(sum_v, sums->shift, det, g) + tone_part(sum_d, sums->shift, b, g);
+    moments(sums, sum_v, sum_d, m);
+    const int32_t det = product(m[UU], m[DD]) - product(m[UD], m[UD]);
+    const int32_t g   = product(m[VD], m[UD]) - product(m[UV], m[DD]); /* g det */
+    const int32_t b   = product(m[UV], m[UD]) - product(m[VD], m[UU]); /* b det */
+    if (det < 0 || g <= det >> TONE_SHIFT) { return 0; }
+    const int32_t by_fade = share_of((int32_t)((uint32_t)(int32_t)sum_d << 16), size_of(b));
+    const int32_t by_tone = share_of((int32_t)((uint32_t)(int32_t)sum_v << 16), (uint32_t)det);
+    const int32_t top     = b < 0 ? by_tone - by_fade : by_tone + by_fade; /* |.| < 2^30 */
+    if (size_of(top) >= (uint32_t)g) { return 0; }
+    const int32_t share = (int32_t)(scale_wide_ratio(size_of(top), (uint32_t)g) >>
+                                    (16U - sums->shift));
+    return top < 0 ? -share : share; /* |.| < 2^20 */
 }
 
 int32_t checkweigher_tone_solve(const checkweigher_sums_t *sums)
 {
-    const int32_t sum   = sums->sum + tone_share(sums); /* |.| < 2^23 */
+    const int32_t sum   = sums->sum + tone_share(sums); /* |.| < 2^21 */
     const int32_t found = share_of(sum * (1L << UNITS_SHIFT), sums->over_count);
     const int32_t least = sums->least * (1L << UNITS_SHIFT);
     const int32_t most  = sums->most * (1L << UNITS_SHIFT);

@@ -23,7 +23,7 @@ USUAL = {
     "samples_min": 12,
 }
 CORNERS = {
-    "limit_mg": [-(1 << 30), -1, 0, 1, 1_000_000, 2_000_000, 1 << 30],
+    "limit_mg": [-(1 << 31), -1, 0, 1, 1_000_000, 2_000_000, (1 << 31) - 1],
     "enter_mg": 2,
     "leave_mg": 1,
     "settle_us": 0,
@@ -83,7 +83,7 @@ def _cases() -> Iterator[tuple[str, str, dict, list[Row]]]:
     yield "unweighed", "gaps and stays too short", short, spoilt
     lying = [(500_000 + (n * 37) % 91, n * PERIOD_US) for n in range(1, 120)]
     ends = [(0, (120 + n) * PERIOD_US) for n in range(3)]
-    yield "lying", "a product that stays: the last 32 masses", USUAL, [*lying, *ends]
+    yield "lying", "a product that stays: its first 32 masses", USUAL, [*lying, *ends]
     yield (
         "corners",
         "bounds of the configuration, of masses and of tones",

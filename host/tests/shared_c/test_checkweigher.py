@@ -40,9 +40,9 @@ def lawful_configs(draw):
         "limit_mg": sorted(limits) + [0] * (8 - classes),
         "enter_mg": enter_mg,
         "leave_mg": draw(st.integers(1, enter_mg - 1)),
-        "settle_us": draw(st.sampled_from((0, 1, 30_000, exact.TIME_MAX_US))),
-        "tail_us": draw(st.sampled_from((0, 255, 30_000, exact.TIME_MAX_US))),
-        "gap_us": draw(st.sampled_from((1, 20_000, exact.GAP_MAX_US))),
+        "settle_us": draw(st.sampled_from((0, 1, 30_000, 1 << 22))),
+        "tail_us": draw(st.sampled_from((0, 255, 30_000, 1 << 22))),
+        "gap_us": draw(st.sampled_from((1, 20_000, 500_000))),
         "classes": classes,
         "samples_min": draw(st.integers(12, 14)),
     }
@@ -324,14 +324,10 @@ def test_checkweigher_knows_no_pace_before_the_second_product_and_limits_it():
     run(checkweigher, [90_000, 0])
     run(checkweigher, [90_000, 0] * 40)
     assert checkweigher.per_minute_q8 == 65_535
-    checkweigher.update(90_000, checkweigher.last_us + PERIOD_US)
-    for _ in range(8):
-        checkweigher.update(0, (checkweigher.last_us + (1 << 31) + (1 << 30)) % (1 << 32))
+    for _ in range(60):
         checkweigher.update(90_000, (checkweigher.last_us + 1) % (1 << 32))
-        checkweigher.update(0, (checkweigher.last_us + (1 << 31) + (1 << 30)) % (1 << 32))
-        checkweigher.update(90_000, (checkweigher.last_us + 1) % (1 << 32))
-    assert checkweigher.interval_us > 1 << 31
-    assert checkweigher.per_minute_q8 == 0
+        checkweigher.update(0, (checkweigher.last_us + (1 << 32) - 2) % (1 << 32))
+    assert checkweigher.per_minute_q8 == 3  # 60e6 / 2^32 of one, Q8
 
 
 @given(config=lawful_configs(), cut=st.integers(0, 199), seed=st.integers(0, 9))
@@ -355,17 +351,10 @@ def test_checkweigher_saved_restored_or_copied_continues_identically(config, cut
         {"classes": 0},
         {"classes": 9},
         {"limit_mg": [5, 5, *[0] * 5]},
-        {"limit_mg": [0, (1 << 30) + 1, *[0] * 5]},
-        {"limit_mg": [-(1 << 30) - 1, 0, *[0] * 5]},
         {"leave_mg": 0},
         {"leave_mg": 50_000},
-        {"enter_mg": (1 << 30) + 1},
         {"samples_min": 11},
         {"samples_min": 33},
-        {"settle_us": exact.TIME_MAX_US + 1},
-        {"tail_us": exact.TIME_MAX_US + 1},
-        {"gap_us": 0},
-        {"gap_us": exact.GAP_MAX_US + 1},
         {"classes": 256},
     ],
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 SAMPLES_MAX = 32
 TAPS = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
-TONE_MAX = 16.0  # 1/g and |b|/g of a tone that is one
+TONE_MAX = 16.0  # 1/g of a tone that is one
 GAIN = 20.0  # of the weight by its smoothed masses, sum of magnitudes: notes/checkweigher.md
 
 
@@ -29,7 +29,7 @@ def weight_mg(masses) -> float:
     """The constant under one damped tone, of evenly spaced (n,) float64 masses.
 
     v = -g (x - weight) - b d of the smoothed x, its second difference v and its first d over two
-    samples: least squares for g, b and the weight. Where 1/g or b/g is no tone's, the mean.
+    samples: least squares for g, b and the weight. Where 1/g is no tone's, the mean.
     """
     smooth = np.convolve(np.asarray(masses, dtype=np.float64), TAPS, "valid")
     middle = smooth[1:-1]
@@ -40,7 +40,7 @@ def weight_mg(masses) -> float:
     g = moment[1, 2] * moment[0, 2] - moment[0, 1] * moment[2, 2]
     b = moment[0, 1] * moment[0, 2] - moment[1, 2] * moment[0, 0]
     found = middle.mean()
-    if g > 0 and det < TONE_MAX * g and abs(b) < TONE_MAX * g:
+    if g > 0 and det < TONE_MAX * g:
         found += (second.mean() * det + first.mean() * b) / g
     return float(np.clip(found, smooth.min(), smooth.max()))
 
@@ -71,10 +71,10 @@ def checkweigher(mass_mg, time_s, config: Mapping) -> list[Product]:
         if len(below) == 0:
             break
         end = at + below[0]
-        held = np.flatnonzero(times[at:end] - times[at] >= settle_s - 1e-9)[-SAMPLES_MAX:] + at
+        held = np.flatnonzero(times[at:end] - times[at] >= settle_s - 1e-9) + at
         last_s = times[end] - times[end - 1]
         young = sum(last_s * (k + 1) < tail_s - 1e-9 for k in range(len(held)))
-        stretch = masses[held[: len(held) - young]]
+        stretch = masses[held[: len(held) - young][:SAMPLES_MAX]]
         whole = np.diff(times[at : end + 1]).max() <= gap_s + 1e-9
         weight = class_at = None
         if whole and len(stretch) >= config["samples_min"]:

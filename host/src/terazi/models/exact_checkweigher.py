@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -11,11 +10,12 @@ from terazi.models.exact import COUNTER_MAX, rounded_shift
 
 MASS_MAX, OFF_MAX = 1 << 30, 1 << 14
 CLASSES_MAX, SAMPLES_MIN, SAMPLES_MAX = 8, 12, 32
-TIME_MAX_US, GAP_MAX_US = 4_000_000, 500_000
+HELD_MAX = 255
+MINUTE_32US_OVER_256 = 60_000_000 // (32 * 256)
 CLOCK_US = 1 << 32
 EMPTY, LOADED, VERDICT, UNWEIGHED = range(4)
 STEPS = 2
-SPREAD_BITS, LARGE_BITS, TONE_SHIFT = 12, 29, 4
+SPREAD_BITS, TONE_SHIFT = 12, 4
 
 
 def is_lawful(config: Mapping) -> bool:
@@ -26,12 +26,8 @@ def is_lawful(config: Mapping) -> bool:
     rising = all(low < high for low, high in pairwise(limits))
     return (
         rising
-        and all(abs(limit) <= MASS_MAX for limit in limits)
-        and 0 < config["leave_mg"] < config["enter_mg"] <= MASS_MAX
+        and 0 < config["leave_mg"] < config["enter_mg"]
         and SAMPLES_MIN <= config["samples_min"] <= SAMPLES_MAX
-        and 0 <= config["settle_us"] <= TIME_MAX_US
-        and 0 <= config["tail_us"] <= TIME_MAX_US
-        and 1 <= config["gap_us"] <= GAP_MAX_US
     )
 
 
@@ -78,26 +74,22 @@ def moments(z: list[int], over_count: int) -> tuple[int, ...]:
 
 def tone_share(z: list[int], over_count: int, shift: int) -> int:
     """What the tone has put into the sum, the other way round; 0 where there is none."""
-    uu, uv, ud, vd, dd = moments(z, over_count)
-    any_bits = abs(uu) | abs(uv) | abs(ud) | abs(vd) | abs(dd)
-    if any_bits == 0:
+    exact = moments(z, over_count)
+    any_bits = 0
+    for each in exact:
+        any_bits |= abs(each)
+    down = max(0, any_bits.bit_length() - 15)
+    uu, uv, ud, vd, dd = (each >> down for each in exact)
+    det, g, b = uu * dd - ud * ud, vd * ud - uv * dd, uv * ud - vd * uu
+    if det < 0 or g <= det >> TONE_SHIFT:
         return 0
-    up = max(0, LARGE_BITS + 1 - any_bits.bit_length())
-    uu, uv, ud, vd, dd = (each << up for each in (uu, uv, ud, vd, dd))
-    det = share_of(uu, dd) - share_of(ud, ud)
-    g = share_of(vd, ud) - share_of(uv, dd)
-    b = share_of(uv, ud) - share_of(vd, uu)
-    if g <= 0 or det < 0 or det >> TONE_SHIFT >= g or abs(b) >> TONE_SHIFT >= g:
-        return 0
-
-    def part(whole_sum: int, numerator: int) -> int:
-        ratio = ((abs(numerator) >> TONE_SHIFT) << 32) // g
-        made = share_of(whole_sum << (TONE_SHIFT + shift), ratio)
-        return -made if numerator < 0 else made
-
     sum_v = z[-1] - z[-2] - z[1] + z[0]
     sum_d = z[-1] + z[-2] - z[1] - z[0]
-    return part(sum_v, det) + part(sum_d, b)
+    top = share_of(sum_v << 16, det) + share_of(sum_d << 16, b)
+    if abs(top) >= g:
+        return 0
+    share = ((abs(top) << 32) // g) >> (16 - shift)
+    return -share if top < 0 else share
 
 
 def constant_q8(smooth: list[int]) -> int:
@@ -111,8 +103,9 @@ def constant_q8(smooth: list[int]) -> int:
     return min(max(found, min(smooth) << 8), max(smooth) << 8)
 
 
-def weight(masses: list[int], base: int) -> int | None:
-    """The weight of a stretch, `base` the first mass held; None where one is too far off it."""
+def weight(masses: list[int]) -> int | None:
+    """The weight of a stretch; None where one is too far off the first."""
+    base = masses[0]
     unit = max(0, base.bit_length() - 15)
     offs = [halved(mass - base, unit) for mass in masses]
     if max(map(abs, offs)) >= OFF_MAX:
@@ -129,11 +122,11 @@ class Checkweigher:
             raise ValueError("checkweigher.h refuses this configuration")
         self.config = config
         self.loaded = self.broken = False
-        self.base = self.found = 0
-        self.ring: deque[int] = deque(maxlen=SAMPLES_MAX)
+        self.found = 0
+        self.held: list[int] = []
         self.mass_mg = self.class_at = self.samples = self.unweighed = self.pending = 0
         self.counts = [0] * CLASSES_MAX
-        self.last_us = self.entered_us = self.left_us = self.interval_us = 0
+        self.last_us = self.entered_us = self.left_us = self.interval_32us = 0
 
     def update(self, mass_mg: int, device_us: int) -> int:
         """Take one mass; gives the event."""
@@ -154,25 +147,24 @@ class Checkweigher:
             if mass < self.config["enter_mg"]:
                 return EMPTY
             self.loaded, self.broken, self.entered_us = True, False, device_us
-            self.ring.clear()
+            self.held = []
         else:
             self.broken |= elapsed_us > self.config["gap_us"]
             if mass < self.config["leave_mg"]:
                 return self._finish(device_us, elapsed_us) if may_end else LOADED
         since = (device_us - self.entered_us) % CLOCK_US
-        if not self.pending and (self.ring or since >= self.config["settle_us"]):
-            self.base = self.base if self.ring else mass
-            self.ring.append(mass)
+        if not self.pending and (self.held or since >= self.config["settle_us"]):
+            self.held = [*self.held, mass][:HELD_MAX]
         return LOADED
 
     def _finish(self, device_us: int, elapsed_us: int) -> int:
         self.loaded = False
         self._pace(device_us)
-        ages = (elapsed_us * (k + 1) for k in range(len(self.ring)))
+        ages = (elapsed_us * (k + 1) for k in range(len(self.held)))
         young = sum(age < self.config["tail_us"] for age in ages)
-        self.samples = len(self.ring) - young
+        self.samples = min(len(self.held) - young, SAMPLES_MAX)
         whole = not self.broken and self.samples >= self.config["samples_min"]
-        found = weight(list(self.ring)[: self.samples], self.base) if whole else None
+        found = weight(self.held[: self.samples]) if whole else None
         if found is None:
             self.unweighed = min(self.unweighed + 1, COUNTER_MAX)
             return UNWEIGHED
@@ -186,12 +178,12 @@ class Checkweigher:
         self.counts[self.class_at] += 1
 
     def _pace(self, device_us: int) -> None:
-        elapsed_us = (device_us - self.left_us) % CLOCK_US
+        elapsed_256us = (device_us - self.left_us) % CLOCK_US >> 8
         self.left_us = device_us
         if self.weighed + self.unweighed == 0:
             return
-        mean = self.interval_us
-        self.interval_us = mean - (mean >> 3) + (elapsed_us >> 3) if mean else elapsed_us
+        mean = self.interval_32us
+        self.interval_32us = mean - (mean >> 3) + elapsed_256us if mean else elapsed_256us << 3
 
     @property
     def weighed(self) -> int:
@@ -199,6 +191,6 @@ class Checkweigher:
 
     @property
     def per_minute_q8(self) -> int:
-        if self.interval_us == 0 or self.interval_us > 1 << 31:
+        if self.interval_32us == 0:
             return 0
-        return min((60_000_000 << 8) // self.interval_us, 65535)
+        return min((MINUTE_32US_OVER_256 << 16) // self.interval_32us, 65535)
