@@ -74,10 +74,11 @@ static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
 static uint32_t divide_display(const scale_config_t *config, bool *fine)
 {
     const uint8_t   digit  = config->digit;
+    const uint8_t   parts  = digit == 1U ? 10U : digit == 2U ? 5U : digit == 5U ? 2U : 0U;
     const uint16_t *entry  = scale_unit_reciprocals[config->unit];
-    uint32_t        factor = digit == 1U ? 10U : digit == 2U ? 5U : digit == 5U ? 2U : 0U;
+    uint32_t        factor = parts;
 
-    if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX || factor == 0U ||
+    if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX || parts == 0U ||
         config->hysteresis_q8 > 127U) {
         return 0U;
     }
@@ -92,7 +93,7 @@ static uint32_t divide_display(const scale_config_t *config, bool *fine)
     *fine = factor >> 24 != 0U;
     if (!*fine) {
         factor <<= 8;
-    } else if ((config->max_mg + config->interval_mg * 9) >> FINE_BITS != 0) {
+    } else if (config->max_mg + config->interval_mg * 9 >= 1L << FINE_BITS) {
         return 0U;
     }
     return port_wide_high(mantissa, factor);
