@@ -6,6 +6,7 @@ import pytest
 
 from host.tests.fake_bench import Script
 from terazi.calibration import Plan, calibrate
+from terazi.calibration import temperature as temperature_run
 from terazi.control import Balance
 from terazi.control.display import Watch
 from terazi.control.settings import apply_settings, read_settings
@@ -237,3 +238,45 @@ def test_a_watch_tells_weight_steps_and_faults_as_they_come(uno):
     assert any(line.startswith("fault: cable out: no conversion comes") for line in words)
     assert "over: cable out" in words
     assert state.rate_hz == pytest.approx(80.0, rel=0.01)
+
+
+@pytest.mark.board(noise_counts=5.0)
+def test_a_temperature_run_holds_a_cell_where_it_was(uno):
+    board = uno.truth("warm a scale")
+    zero, span, load_g = 25.0, 60.0, [0.0]  # counts/K, ppm/K
+
+    def warmth(t_s):  # up by 16 K in 400 s and down again: each series is of one direction
+        return 20.0 + 16.0 * np.abs((t_s / 400.0 + 1) % 2 - 1)
+
+    def counts(t_s):
+        above_k = warmth(t_s) - 20.0
+        drift = zero * above_k + span * 1e-6 * above_k * 429.55 * load_g[0]
+        return 9000.0 + 429.55 * load_g[0] + drift
+
+    def put(grams):
+        load_g[0] = grams
+        board.load(counts=counts)
+
+    class Hand(Script):
+        def tell(self, text, *, tone=""):
+            super().tell(text, tone=tone)
+            if text.startswith("Put one mass on"):
+                put(2000.0)
+
+    board.imu.fit()
+    board.imu.feel(temperature_c=warmth)
+    put(0.0)
+    plan = temperature_run.Plan(asks=False, span_k=4.0)
+    balance = started(uno)
+    balance.follow(60.0)  # the thermometer's smoothing lags by 16 s; then it does so evenly
+    fit = temperature_run.calibrate_temperature(balance, Hand(), plan)
+    assert fit.zero_counts_per_k == pytest.approx(zero, abs=1.0)
+    assert fit.span_ppm_per_k == pytest.approx(span, abs=3.0)
+    uno.reset("power_on")
+    assert read_settings(uno.link, ["temperature.on"]) == {"temperature.on": 1}
+    balance = started(uno)
+    masses_mg = []
+    for _turn in range(40):
+        balance.follow(2.0)
+        masses_mg.append(balance.weight.net_mg)
+    assert np.ptp(masses_mg) < 0.5 * E_MG  # 3 K would be 0.5 g of zero and span

@@ -18,6 +18,8 @@ class Bench:
     """A board with a pan: put `load_g` on it, and talk through `link`.
 
     moves_g : amplitude of a swing that keeps the load from standing still.
+    warm : degC at a time since the bench was made; None: it has no thermometer.
+    drift : counts that the cell drifts by at a temperature, with load_g on it.
     lose : asked for each command's class name; True: obeyed, but the answer never arrives.
     deaf : likewise; True: the command never arrives.
     """
@@ -29,6 +31,8 @@ class Bench:
         noise_counts: float = 40.0,
         counts_per_g: float = COUNTS_PER_G,
         cell: Callable[[float], float] = lambda load_g: load_g,
+        warm: Callable[[float], float] | None = None,
+        drift: Callable[[float, float], float] = lambda _degrees, _load_g: 0.0,
         lose: Callable[[str], bool] = lambda _name: False,
         deaf: Callable[[str], bool] = lambda _name: False,
         seed: int = 7,
@@ -36,6 +40,7 @@ class Bench:
         self.load_g = 0.0
         self.moves_g = 0.0
         self.counts_per_g, self.cell = counts_per_g, cell
+        self.warm, self.drift = warm, drift
         self.lose, self.deaf = lose, deaf
         self.commands: list[str] = []
         self._noise = random.Random(seed)
@@ -59,6 +64,10 @@ class Bench:
     def _counts(self, t_s: float) -> int:
         load_g = self.cell(self.load_g) + self.moves_g * (1 if int(t_s * 8) % 2 else -1)
         noise = self._noise.gauss(0.0, self._noise_counts)
+        if self.warm is not None:
+            degrees = self.warm(self._now_s)
+            self.chain.temperature_centi = round(degrees * 100)
+            noise += self.drift(degrees, load_g)
         return round(EMPTY_COUNTS + self.counts_per_g * load_g + noise)
 
     # The transport.

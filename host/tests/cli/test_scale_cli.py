@@ -15,6 +15,7 @@ from terazi.cli import app
 from terazi.link.generated.messages import FaultFlag, Point, Setting
 from terazi.link.generated.settings import SETTINGS
 from terazi.recorder import load_recording
+from terazi.settings import parse_settings
 
 FACTORY_BAND_MG = 400
 
@@ -184,7 +185,7 @@ def test_settings_go_out_as_toml_and_come_back(tmp_path):
         assert "chain.gain  a_128 -> b_32" in done.stdout
         assert "nothing to change" in terazi("set", device.path, "--import", file).stdout
         printed = terazi("set", device.path, "--export", "-").stdout
-    assert printed.split("[scale]")[1] == file.read_text().split("[scale]")[1]
+    assert parse_settings(printed, "printed") == parse_settings(file.read_text(), "the file")
 
 
 def test_an_import_that_is_no_settings_file_is_named_before_the_board_is_disturbed(tmp_path):
@@ -244,6 +245,26 @@ def test_calibrate_that_contradicts_exits_with_13_and_leaves_the_board_as_it_was
 def test_calibrate_abort_forgets_what_nobody_ended():
     with FakeDevice() as device:
         assert "no calibration" in terazi("calibrate", device.path, "--abort").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--no-mass",), "belong to --temperature"),
+        (("--temperature",), "nobody is there to ask"),
+    ],
+)
+def test_calibrate_temperature_is_refused_before_the_board_is_disturbed(words, complaint):
+    with FakeDevice() as device:
+        assert_fails(terazi("calibrate", device.path, *words), 2, complaint)
+        assert device.resets == 0
+
+
+def test_calibrate_temperature_without_a_thermometer_says_how_to_wire_one():
+    with FakeDevice() as device:
+        done = terazi("calibrate", device.path, "--temperature", "--yes")
+    assert_fails(done, 13, "the board has no thermometer")
+    assert "SDA at A4" in done.stderr
 
 
 # watch and info

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """`terazi calibrate`."""
 
+import dataclasses
 import json
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -38,6 +40,26 @@ def calibrate(
     wait: Annotated[
         float, typer.Option(help="Seconds to wait for a load, and until it stands.", min=0.0)
     ] = 30.0,
+    temperature: Annotated[
+        bool,
+        typer.Option(
+            "--temperature",
+            help="Record how the scale drifts with its thermometer, and correct by it.",
+        ),
+    ] = False,
+    no_mass: Annotated[
+        bool, typer.Option("--no-mass", help="With --temperature: the zero's drift only.")
+    ] = False,
+    span: Annotated[
+        float,
+        typer.Option(help="With --temperature and --yes: record until it moved by so many kelvin."),
+    ] = 10.0,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="With --temperature: the run as CSV.", show_default=False
+        ),
+    ] = None,
     abort: Annotated[
         bool, typer.Option("--abort", help="Forget a calibration that nobody ended.")
     ] = False,
@@ -52,6 +74,7 @@ def calibrate(
 
     [dim]Examples:[/]  terazi calibrate
     terazi calibrate --max 5kg --e 1g --mass 0 --mass 2kg --mass 5kg
+    terazi calibrate --temperature -o warming.csv
     """
     from terazi.calibration import Plan
     from terazi.calibration import calibrate as run
@@ -61,6 +84,13 @@ def calibrate(
     from terazi.errors import UsageError
 
     asks = not yes and sys.stdin is not None and sys.stdin.isatty()
+    if not temperature and (no_mass or output):
+        raise UsageError("--no-mass and --output belong to --temperature")
+    if temperature:
+        if not asks and not yes:
+            raise UsageError("nobody is there to ask", remedy="Give --yes to ask nothing.")
+        _temperature(port, baud, asks, no_mass, span, output, as_json)
+        return
     if not asks and not mass and not abort:
         raise UsageError(
             "nobody is there to ask: standard input is no terminal, or --yes was given",
@@ -84,6 +114,19 @@ def calibrate(
         outcome = run(balance, RichTerminal(errors if as_json else out), plan)
     if as_json:
         print(json.dumps(_plain(outcome)))
+
+
+def _temperature(port, baud, asks, no_mass, span, output, as_json) -> None:
+    from terazi.calibration.temperature import Plan, calibrate_temperature
+    from terazi.cli.terminal import RichTerminal
+    from terazi.control import Balance
+
+    plan = Plan(asks=asks, with_mass=not no_mass, span_k=span, output=output)
+    with board(port, baud) as link:
+        terminal = RichTerminal(errors if as_json else out)
+        fit = calibrate_temperature(Balance(link), terminal, plan)
+    if as_json:
+        print(json.dumps(None if fit is None else dataclasses.asdict(fit)))
 
 
 def _abort(balance) -> None:
