@@ -98,7 +98,10 @@ class Balance:
 
     @property
     def is_stable(self) -> bool:
-        return self.weight is not None and bool(self.weight.weight_flags & WeightFlag.STABLE)
+        """Marked so by the device, and no fault speaks against it."""
+        if self.weight is None or self.faults & faults.SPOILING:
+            return False
+        return bool(self.weight.weight_flags & WeightFlag.STABLE)
 
     @property
     def spread_mg(self) -> int:

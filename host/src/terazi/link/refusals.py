@@ -94,9 +94,9 @@ SPECIAL = {
         "500 kg and 2^23 counts are the limits.",
     ),
     (CountPieces, Result.OUT_OF_RANGE): ("the number of pieces is 1 to 65535", ""),
-    (ResetCounts, Result.NOTHING_THERE): (
+    (ResetCounts, Result.WRONG_STATE): (
         "the checkweigher is off",
-        "`terazi set --list` shows how it is switched on.",
+        "Switch it on: terazi set checkweigher.on=true",
     ),
 }
 
