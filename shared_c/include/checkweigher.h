@@ -13,11 +13,11 @@
  *           below 3.6 Hz at 90 samples a second), the mean
  * Classes   class k holds limit_mg[k - 1] <= mass < limit_mg[k]; the outer ones are open
  * Unweighed with fewer than samples_min in the stretch, after a gap above gap_us or an interrupt on
- *           the platform, or where a mass of the stretch is half the first one off it: counted
+ *           the platform, or where a mass of the stretch is over twice the first: counted
  * When      a verdict comes with the second sample after the end; none is held for the next product
  *           before it. No call is long
  * Formats   mass mg in int32, limited to 2^30; time us, wrapping, no setting above 2^22. The
- *           stretch is kept in units of 2^k mg, between 2^-14 and 2^-15 of its first mass
+ *           stretch is kept in units of 2^k mg, between 2^-14 and 2^-13 of its first mass
  * Bad data  a configuration is refused, and then nothing changes; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */

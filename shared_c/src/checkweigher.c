@@ -35,13 +35,13 @@ bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t
     return true;
 }
 
-/* The stretch's unit: 2^this mg; base is below 2^15 of them. */
+/* The stretch's unit: 2^this mg; base is below 2^14 of them. */
 static uint8_t unit_shift(int32_t base_mg)
 {
     uint8_t shift = 0U;
 
-    for (; base_mg >= 2L * CHECKWEIGHER_OFF_MAX; base_mg >>= 1) { ++shift; }
-    return shift; /* <= 16 */
+    for (; base_mg >= CHECKWEIGHER_OFF_MAX; base_mg >>= 1) { ++shift; }
+    return shift; /* <= 17 */
 }
 
 /* Keep one mass of the stretch, as so many units from its first. */

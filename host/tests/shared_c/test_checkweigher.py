@@ -297,11 +297,11 @@ def test_checkweigher_does_not_weigh_what_was_interrupted_and_weighs_the_next():
     assert (run(checkweigher, masses)[0] == VERDICT).sum() == 1
 
 
-def test_checkweigher_does_not_weigh_what_swings_by_half_its_weight():
+def test_checkweigher_does_not_weigh_what_swings_by_its_weight():
     checkweigher = Checkweigher(AT_ONCE)
-    events, _ = run(checkweigher, [*[600_000] * 20, 1_130_000, *[600_000] * 5, 0])
+    events, _ = run(checkweigher, [*[600_000] * 20, 1_660_000, *[600_000] * 5, 0])
     assert events[-1] == UNWEIGHED
-    events, _ = run(checkweigher, [*[600_000] * 20, 1_120_000, *[600_000] * 5, 0, 0, 0])
+    events, _ = run(checkweigher, [*[600_000] * 20, 1_195_000, *[600_000] * 5, 0, 0, 0])
     assert events[-1] == VERDICT
 
 

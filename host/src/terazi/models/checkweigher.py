@@ -47,7 +47,7 @@ def weight_mg(masses) -> float:
 
 def budget_mg(masses, base_mg: float) -> float:
     """How far checkweigher.c may be from `weight_mg` (shared_c/notes/checkweigher.md)."""
-    unit_mg = 2.0 ** max(0, int(base_mg).bit_length() - 15)
+    unit_mg = 2.0 ** max(0, int(base_mg).bit_length() - 14)
     spread_mg = np.ptp(np.convolve(np.asarray(masses, dtype=np.float64), TAPS, "valid"))
     step_mg = max(unit_mg, spread_mg / 2**11)
     return GAIN * (unit_mg + step_mg) / 2 + 1.0

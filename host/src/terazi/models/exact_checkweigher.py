@@ -106,7 +106,7 @@ def constant_q8(smooth: list[int]) -> int:
 def weight(masses: list[int]) -> int | None:
     """The weight of a stretch; None where one is too far off the first."""
     base = masses[0]
-    unit = max(0, base.bit_length() - 15)
+    unit = max(0, base.bit_length() - 14)
     offs = [halved(mass - base, unit) for mass in masses]
     if max(map(abs, offs)) >= OFF_MAX:
         return None
