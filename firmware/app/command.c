@@ -168,24 +168,32 @@ static uint8_t run(uint8_t id, const uint8_t payload[], uint8_t len, fields_t *f
 
 uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len)
 {
-    fields_t fields = {0};
+    fields_t fields;
 
     return run(id, payload, len, &fields);
 }
 
-void command_answer(uint8_t id, uint8_t sequence, const uint8_t payload[], uint8_t len)
+void command_acknowledge(uint8_t id, uint8_t sequence, uint8_t result)
 {
-    fields_t       fields = {0};
-    const uint8_t  result = run(id, payload, len, &fields);
-    messages_ack_t ack    = {.command = id, .command_sequence = sequence, .result = result};
+    const messages_ack_t ack = {.command = id, .command_sequence = sequence, .result = result};
 
     telemetry_answer(MESSAGES_ACK_ID, &ack, sizeof ack);
-    if (result != MESSAGES_RESULT_OK) { return; }
-    switch (id) {
-    case MESSAGES_GET_INFO_ID:
+    if (result == MESSAGES_RESULT_OK && id == MESSAGES_GET_INFO_ID) {
         telemetry_hello();
         telemetry_status();
-        break;
+    }
+}
+
+static void run_frame(void)
+{
+    frame_t  frame;
+    fields_t fields;
+
+    frame_decoder_read(&decoder, &frame);
+    const uint8_t result = run(frame.id, frame.payload, frame.payload_len, &fields);
+    command_acknowledge(frame.id, frame.sequence, result);
+    if (result != MESSAGES_RESULT_OK) { return; }
+    switch (frame.id) {
     case MESSAGES_CALIBRATE_POINT_ID:
     case MESSAGES_CALIBRATE_KNOWN_ID:
     case MESSAGES_GET_POINT_ID:
@@ -202,12 +210,7 @@ void command_answer(uint8_t id, uint8_t sequence, const uint8_t payload[], uint8
 void command_receive(uint8_t byte)
 {
     switch (frame_decoder_push(&decoder, byte)) {
-    case FRAME_READY: {
-        frame_t frame;
-        frame_decoder_read(&decoder, &frame);
-        command_answer(frame.id, frame.sequence, frame.payload, frame.payload_len);
-        break;
-    }
+    case FRAME_READY: run_frame(); break;
     case FRAME_PENDING: break;
     case FRAME_BAD_COBS:
     case FRAME_BAD_LEN:

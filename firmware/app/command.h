@@ -22,7 +22,7 @@ void command_receive(uint8_t byte);
 /* Do what a frame of this command would, answers left out; MESSAGES_RESULT_... */
 uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len);
 
-/* The same, answered by frames. */
-void command_answer(uint8_t id, uint8_t sequence, const uint8_t payload[], uint8_t len);
+/* Answer it: by an ACK, and HELLO and STATUS where those were asked for. */
+void command_acknowledge(uint8_t id, uint8_t sequence, uint8_t result);
 
 #endif

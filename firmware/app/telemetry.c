@@ -19,8 +19,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#define SECOND_US 1000000UL
-#define WEIGHT_US 100000UL /* 10 a second */
+#define SECOND_US    1000000UL
+#define WEIGHT_256US 391U /* 10 a second */
 
 enum {
     FRAME_OVERHEAD = 1 + FRAME_WIRE_MAX - FRAME_PAYLOAD_MAX, /* with a delimiter before it */
@@ -75,9 +75,9 @@ static uint8_t  weight_flags; /* as told by the last WEIGHT */
 static bool     stream_lost;  /* in the present second something streamed did not fit */
 static uint16_t frames_dropped;
 static uint16_t rx_bad_frames;
-static uint32_t weight_us; /* when the last WEIGHT was due */
-static uint32_t second_us; /* start of the present second */
-static uint32_t closed_us; /* when the last one was closed, a little after its end */
+static uint16_t weight_256us; /* when the last WEIGHT went out */
+static uint32_t second_us;    /* start of the present second */
+static uint32_t closed_us;    /* when the last one was closed, a little after its end */
 static uint32_t uptime_s;
 static uint16_t cpu_busy_permille; /* of the last whole second */
 static uint16_t stack_free;        /* as of its end: counting takes too long to do on demand */
@@ -186,7 +186,7 @@ static COMPACT void stream_weight(uint32_t now_us)
     weighing_show(&weight);
     weight.faults = health_faults();
     weight_flags  = weight.weight_flags;
-    weight_us     = now_us;
+    weight_256us  = (uint16_t)(now_us >> 8);
     stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight, sizeof weight);
 }
 
@@ -236,7 +236,7 @@ static void close_second(uint32_t elapsed_us)
 
     cpu_busy_permille = (uint16_t)permille_busy; /* <= 1001 */
     stack_free        = stack_free_bytes();
-    if (uptime_s != UINT32_MAX) { uptime_s++; }
+    uptime_s++; /* for 136 years */
     health_note(MESSAGES_FAULT_FLAG_TELEMETRY_LOST,
                 stream_lost ? MESSAGES_FAULT_FLAG_TELEMETRY_LOST : 0U);
     stream_lost = false;
@@ -253,7 +253,9 @@ COMPACT void telemetry_tick(uint32_t now_us)
             send_status(STREAM_LEAVES);
         }
     }
-    if (now_us - weight_us >= WEIGHT_US) { stream_weight(now_us); }
+    if ((uint16_t)((uint16_t)(now_us >> 8) - weight_256us) >= WEIGHT_256US) {
+        stream_weight(now_us);
+    }
 
     const uint16_t changed = health_take_changed();
     if (changed != 0U) {

@@ -53,15 +53,11 @@ static void run_word(void)
     const uint8_t id      = look_up(&payload);
     const uint8_t len     = id == MESSAGES_SET_TEXT_MODE_ID ? MESSAGES_SET_TEXT_MODE_LEN : 0U;
 
-    if (id == 0U) { telemetry_count_bad_rx(); }
-    if (!telemetry_text_mode() && id != 0U && id != MESSAGES_SET_TEXT_MODE_ID) {
-        command_answer(id, 0, &payload, len);
-        return;
-    }
     const uint8_t result = command_run(id, &payload, len);
+
+    if (id == 0U) { telemetry_count_bad_rx(); }
     if (!telemetry_text_mode()) {
-        const messages_ack_t ack = {.command = id, .command_sequence = 0, .result = result};
-        if (id != 0U) { telemetry_answer(MESSAGES_ACK_ID, &ack, sizeof ack); }
+        if (id != 0U) { command_acknowledge(id, 0, result); }
     } else if (id == MESSAGES_GET_INFO_ID) {
         telemetry_info_lines();
     } else {

@@ -104,7 +104,10 @@ def test_status_tells_the_stack_that_was_never_touched(uno):
     start = virtual.symbol("__heap_start")
     memory = virtual.peek(start, virtual.symbol("__stack") + 1 - start)
     told = uno.link.status().stack_free_bytes
-    assert told == len(memory) - len(memory.lstrip(b"\xc5"))
+    untouched = len(memory) - len(memory.lstrip(b"\xc5"))
+    assert untouched <= told <= untouched + 16, (
+        "an interrupt may have come at a deeper moment since"
+    )
     assert told > 256
 
 

@@ -17,6 +17,7 @@ from terazi.link.generated.messages import (
     Status,
 )
 
+HX711_COARSE_SHIFT = 10  # of firmware/drivers/hx711.c
 LINE_BYTES_S = 11_520  # 115200 baud, 10 bits each
 
 
@@ -111,10 +112,12 @@ def test_a_wrong_baud_rate_is_counted_and_survived(uno):
 def test_the_device_clock_wraps_without_a_stir(uno):
     """After 71.6 minutes; here all that remembers a time is set 2 s before that."""
     virtual = uno.truth("have its clock set")
-    before_wrap = (2**32 - 62 * 32768).to_bytes(4, "little")
+    before_wrap_us = 2**32 - 62 * 32768
+    coarse = before_wrap_us >> HX711_COARSE_SHIFT & 0xFFFF
     uno.link.hello()
-    for name in ("overflow_us", "second_us", "closed_us", "waiting_since_us"):
-        virtual.poke(virtual.symbol(name), before_wrap)
+    for name in ("overflow_us", "second_us", "closed_us"):
+        virtual.poke(virtual.symbol(name), before_wrap_us.to_bytes(4, "little"))
+    virtual.poke(virtual.symbol("waiting_since"), coarse.to_bytes(2, "little"))
     received = uno.samples(320)
     stamps_us = [one.device_us for one in received]
     assert stamps_us[0] % 2**32 > 2**31 > stamps_us[-1] % 2**32
