@@ -111,6 +111,7 @@ static COMPACT void renew_chain(void)
 {
     hx711_set_gain((hx711_gain_t)setup.gain);
     faults_pause(&shared.rest.faults);
+    faults_limit_noise(&shared.rest.faults, setup.noise_limit_counts);
     restart();
 }
 
@@ -123,6 +124,7 @@ bool weighing_setup(bool running)
     if (!running) {
         rate_init(&shared.rest.rate);
         faults_init(&shared.rest.faults);
+        faults_limit_noise(&shared.rest.faults, setup.noise_limit_counts);
         temperature_init(&shared.rest.temperature, &setup.temperature);
     }
     if (weighing_renew(setup.zero_mg, setup.tare_mg, firm) != SCALE_OK ||

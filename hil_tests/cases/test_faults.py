@@ -10,10 +10,13 @@ from terazi.link.generated.messages import (
     FaultFlag,
     GetInfo,
     Sample,
+    SetSetting,
+    Setting,
     Status,
     Weight,
     WeightFlag,
 )
+from terazi.link.generated.settings import SettingKey
 
 E_MG = 1000
 SPOILS = FaultFlag(0x3F)  # the weight; telemetry, settings and thermometer do not
@@ -227,3 +230,16 @@ def test_what_is_broken_from_the_start_is_named_and_mended(uno, fault, named):
     watch.until(lambda: watch.faults & named, 0.7)
     uno.clear_faults()
     watch.until(lambda: watch.samples > 3 and not watch.faults, RECOVERY_S)
+
+
+@AT_80
+def test_how_much_noise_is_a_fault_is_a_setting(uno):
+    watch = weighing(uno)
+    key = SettingKey.CHAIN_NOISE_LIMIT_COUNTS
+    for limit_counts, is_fault in ((65_535, False), (400, True)):
+        uno.link.ask(SetSetting(key, limit_counts), Setting, key=key)
+        uno.fault("noise", counts=20_000.0)
+        watch.wait(1.0)
+        assert bool(watch.faults & FaultFlag.NOISE_HIGH) == is_fault
+        uno.clear_faults()
+        watch.wait(1.0)
