@@ -50,7 +50,7 @@ class KalmanSettings:
     acc_scale_sigma: float = 0.0
     gravity_sigma_m_s2: float = 0.0
     align_s: float = 0.35  # over which the first acceleration is averaged
-    smooth_s: float = 0.5  # of the future, at least; 0: a filter
+    smooth_s: float = 0.25  # of the future, at least; 0: a filter
 
 
 RECORDED = KalmanSettings()
