@@ -49,7 +49,7 @@ KINDS = {
     "dout_low": (lambda rng: {}, FaultFlag.DOUT_STUCK),
     "rail": (lambda rng: {"side": rng.choice(["high", "low"])}, FaultFlag.AT_RAIL),
     "rate": (lambda rng: {"factor": float(rng.uniform(20, 40))}, FaultFlag.RATE_OUT_OF_RANGE),
-    "noise": (lambda rng: {"counts": 10 ** float(rng.uniform(5.5, 6.5))}, FaultFlag.NOISE_HIGH),
+    "noise": (lambda rng: {"counts": 10 ** float(rng.uniform(5.3, 6.1))}, FaultFlag.NOISE_HIGH),
     "frozen": (lambda rng: {}, FaultFlag.DOUT_STUCK),
     "noisy_line": (lambda rng: {"probability": 10 ** float(rng.uniform(-3, -1))}, None),
     "other_rate": (lambda rng: {"factor": float(rng.uniform(0.7, 1.4))}, None),
