@@ -123,7 +123,7 @@ static uint8_t judge(uint8_t id, uint8_t len, const fields_t *fields)
 }
 
 /* Points and settings that are asked for come back in `fields`. */
-static uint8_t act(uint8_t id, fields_t *fields)
+static __attribute__((noinline)) uint8_t act(uint8_t id, fields_t *fields)
 {
     switch (id) {
     case MESSAGES_SET_STREAM_ID: telemetry_set_stream(fields->first); break;

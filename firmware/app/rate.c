@@ -10,7 +10,7 @@ void rate_init(rate_t *rate)
     *rate = (rate_t){0};
 }
 
-static void start_over(rate_t *rate, uint32_t interval_us)
+static __attribute__((noinline)) void start_over(rate_t *rate, uint32_t interval_us)
 {
     rate->period_us = interval_us;
     rate->sum_us    = interval_us;
@@ -68,7 +68,7 @@ bool rate_update(rate_t *rate, uint32_t interval_us)
     return false;
 }
 
-uint32_t rate_period_us(const rate_t *rate)
+__attribute__((noinline)) uint32_t rate_period_us(const rate_t *rate)
 {
     return is_known(rate) ? rate->period_us : 0U;
 }

@@ -332,7 +332,7 @@ bool weighing_awaits_temperature(void)
     return setup.temperature.on != 0U && !shared.rest.temperature.known && !is_missing;
 }
 
-void weighing_temperature(int16_t centi)
+COMPACT void weighing_temperature(int16_t centi)
 {
     if (!shared.rest.temperature.known && setup.temperature.on != 0U) {
         restart();
