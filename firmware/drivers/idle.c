@@ -4,7 +4,8 @@
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 
-volatile uint16_t idle_woken_tick;
+/* Written by the interrupt that ends a sleep, read by idle_sleep after it. */
+static volatile uint16_t woken_tick;
 
 static uint32_t slept_ticks;
 
@@ -13,6 +14,24 @@ void idle_init(void)
     SMCR       = 0; /* idle: timers, USART and external edges go on */
     IDLE_FLAGS = 0;
     sei();
+}
+
+/* Spoils r24, r25 and no more, which gcc would not promise: idle_interrupted relies on it. */
+void idle_note_waking(void) __attribute__((naked, used));
+
+void idle_note_waking(void)
+{
+    __asm__ volatile(
+        "sbis %[flags], %[asleep]\n\t"
+        "ret\n\t"
+        "lds r24, %[count]\n\t" /* low byte first: it latches the high one */
+        "lds r25, %[count] + 1\n\t"
+        "sts %[tick], r24\n\t"
+        "sts %[tick] + 1, r25\n\t"
+        "cbi %[flags], %[asleep]\n\t"
+        "ret" ::[flags] "I"(_SFR_IO_ADDR(IDLE_FLAGS)),
+        [asleep] "I"(IDLE_ASLEEP_BIT), [count] "n"(_SFR_MEM_ADDR(TCNT1)), [tick] "i"(&woken_tick)
+        : "memory");
 }
 
 void idle_sleep(void)
@@ -26,9 +45,9 @@ void idle_sleep(void)
         sei();
         sleep_cpu();
         sleep_disable();
-        /* Every interrupt clears the flag, so no later one writes idle_woken_tick. A sleep is
+        /* Every interrupt clears the flag, so no later one writes woken_tick. A sleep is
          * shorter than the timer's period, because the timer's overflow ends it. */
-        slept_ticks += (uint16_t)(idle_woken_tick - since);
+        slept_ticks += (uint16_t)(woken_tick - since);
     }
     sei();
 }

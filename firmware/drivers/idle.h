@@ -18,9 +18,6 @@
 #include <avr/io.h>
 #include <stdint.h>
 
-/* Written by the interrupt that ends a sleep, read by idle_sleep after it. */
-extern volatile uint16_t idle_woken_tick;
-
 /* Last of all drivers' inits but hx711's: enables interrupts. */
 void idle_init(void);
 
@@ -34,17 +31,15 @@ void idle_sleep(void);
 /* Time asleep since the last call, in ticks of 0.5 us. */
 uint32_t idle_take_slept_ticks(void);
 
-/* First statement of every interrupt handler (after a time stamp, if it takes one). */
-static inline void idle_interrupted(void)
+/* First statement of every interrupt handler (after a time stamp, if it takes one). Called so that
+ * a handler has to keep no more registers for it than it spoils. */
+static inline __attribute__((always_inline)) void idle_interrupted(void)
 {
-    if ((IDLE_FLAGS & _BV(IDLE_ASLEEP_BIT)) != 0U) {
-        idle_woken_tick = TCNT1;
-        IDLE_FLAGS &= (uint8_t)~_BV(IDLE_ASLEEP_BIT);
-    }
+    __asm__ volatile("%~call idle_note_waking" ::: "r24", "r25", "memory");
 }
 
 /* For an interrupt handler: do not go back to sleep. */
-static inline void idle_post_work(void)
+static inline __attribute__((always_inline)) void idle_post_work(void)
 {
     IDLE_FLAGS |= _BV(IDLE_WORK_BIT);
 }
