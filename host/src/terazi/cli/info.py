@@ -67,9 +67,11 @@ def info(
 
     with board(port, baud) as link:
         port, hello = link.name, link.hello()
+        balance = Balance(link)
         with errors.status("asking ..."):
+            balance.quiet_stream()  # else what is asked for may find no room beside the samples
             status = _status_with_rate(link, wait)
-            points = Balance(link).points()
+            points = balance.points()
             settings = read_settings(link, SETTINGS_SHOWN)
     if as_json:
         print(json.dumps(_plain(port, hello, status, points, settings)))
@@ -125,7 +127,8 @@ def _started(hello, status) -> str:
     from terazi.units import show_duration
 
     cause = _words(hello.reset_cause)
-    return f"up for {show_duration(status.uptime_s)} since a reset ({cause})"
+    since = f"up for {show_duration(status.uptime_s)}" if status.uptime_s else "just started"
+    return f"{since}, by a reset ({cause})"
 
 
 def _converter(hello, status) -> str:

@@ -25,6 +25,7 @@ RATE_WINDOW_S = 2.0
 SILENCE_S = 2.0  # without a sample for so long, the live line says so
 POLL_S = 0.1
 LIVE_PER_S = 8
+ASKED_MOST = 3
 
 
 def log(
@@ -125,6 +126,8 @@ def _record(link, recorder, stop: Stop, seconds: float | None):
                     line.add(received)
                 line.refresh(link.now_s() - begin_s)
     except TeraziError as error:
+        for received in link.pending():
+            recorder.add(received)
         return error
     return None
 
@@ -139,8 +142,13 @@ def _ask_for_all(link) -> None:
 
     try:
         link.command(SetStream(mask=sum(StreamFlag)))
-        Balance(link).points()
         read_settings(link, SETTINGS_BY_NAME)
+        for _attempt in range(ASKED_MOST):
+            # Behind a frame that was lost no points hold that were told before it.
+            lost = link.stream.frames_lost
+            Balance(link).points()
+            if link.stream.frames_lost == lost:
+                break
     except (CommandRefused, NoAnswer) as error:
         errors.print(f"{error}: a replay will not verify the mass", style="yellow", soft_wrap=True)
 
@@ -193,7 +201,7 @@ class LiveLine:
         line = Table.grid(padding=(0, 2))
         cells = [show_duration(elapsed_s)]
         if self._seconds:
-            cells.append(ProgressBar(self._seconds, min(elapsed_s, self._seconds), width=20))
+            cells.append(ProgressBar(self._seconds, min(elapsed_s, self._seconds), width=10))
         silent_s = self._link.now_s() - self._sample_host_s
         if silent_s > SILENCE_S:
             why = f" (converter {self._state})" if self._state else ""

@@ -62,6 +62,10 @@ class Link:
         """What came in: what waits already, else whatever one read of the transport brings."""
         if not self._waiting:
             self._read(timeout_s)
+        return self.pending()
+
+    def pending(self) -> list[Received]:
+        """What has come in and was not polled yet; reads nothing more."""
         received = list(self._waiting)
         self._waiting.clear()
         return received
