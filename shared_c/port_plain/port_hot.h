@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* port_hot - compiled for speed, and whole. Plain: as everything is. */
+/* port_hot - compiled for speed. Plain: as everything is. */
 #ifndef PORT_HOT_H
 #define PORT_HOT_H
 
-#define PORT_OUTLINE
+#include "port_outline.h"
 
 #endif

@@ -2,10 +2,11 @@
 #include "frame.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 #include "port_assert.h"
 #include "port_crc.h"
-#include "port_hot.h"
+#include "port_outline.h"
 
 enum {
     DELIMITER = 0x00,
@@ -18,46 +19,31 @@ enum {
 
 _Static_assert(FRAME_BODY_MAX < 254, "one COBS code byte a zero, none for length");
 
-/* Encoder: the code byte of the running block stands open until its zero comes. */
-typedef struct {
-    uint8_t *wire;
-    uint8_t  len;
-    uint8_t  code_at;
-    uint16_t crc;
-} writer_t;
-
-static void put_cobs(writer_t *writer, uint8_t byte)
-{
-    if (byte == DELIMITER) {
-        writer->wire[writer->code_at] = (uint8_t)(writer->len - writer->code_at);
-        writer->code_at               = writer->len;
-    } else {
-        writer->wire[writer->len] = byte;
-    }
-    ++writer->len;
-}
-
-static void put(writer_t *writer, uint8_t byte)
-{
-    writer->crc = port_crc16(writer->crc, byte);
-    put_cobs(writer, byte);
-}
-
 PORT_OUTLINE uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
 {
-    writer_t writer = {wire, 1U, 0U, PORT_CRC16_START};
-    uint32_t clock  = frame->device_us;
+    uint8_t *body  = &wire[1];
+    uint32_t clock = frame->device_us;
 
     PORT_ASSERT(frame->payload_len <= FRAME_PAYLOAD_MAX);
-    put(&writer, frame->id);
-    put(&writer, frame->sequence);
-    for (uint8_t at = 0U; at < sizeof clock; ++at, clock >>= 8) { put(&writer, (uint8_t)clock); }
-    for (uint8_t at = 0U; at < frame->payload_len; ++at) { put(&writer, frame->payload[at]); }
-    /* The CRC, and a delimiter that closes the last block. */
-    const uint8_t tail[] = {(uint8_t)writer.crc, (uint8_t)(writer.crc >> 8), DELIMITER};
-    for (uint8_t at = 0U; at < sizeof tail; ++at) { put_cobs(&writer, tail[at]); }
-    wire[writer.code_at] = DELIMITER;
-    return writer.len;
+    body[0] = frame->id;
+    body[1] = frame->sequence;
+    for (uint8_t at = 2U; at < FRAME_HEADER_LEN; ++at, clock >>= 8) { body[at] = (uint8_t)clock; }
+    memcpy(&body[FRAME_HEADER_LEN], frame->payload, frame->payload_len);
+    uint8_t        len = (uint8_t)(FRAME_HEADER_LEN + frame->payload_len);
+    const uint16_t crc = frame_crc16(body, len);
+    body[len++]        = (uint8_t)crc;
+    body[len++]        = (uint8_t)(crc >> 8);
+    body[len++]        = DELIMITER;
+    /* COBS, in place: the code byte of a block stands where the zero before it was. The delimiter
+     * ends the last block, and stays. */
+    uint8_t code_at = 0U;
+    for (uint8_t at = 1U; at <= len; ++at) {
+        if (wire[at] == DELIMITER) {
+            wire[code_at] = (uint8_t)(at - code_at);
+            code_at       = at;
+        }
+    }
+    return (uint8_t)(len + 1U);
 }
 
 void frame_decoder_init(frame_decoder_t *decoder)
