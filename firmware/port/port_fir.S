@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* port_fir - the FIR's inner loop, folded about its middle. Contract: shared_c/src/port_fir.h
+/* port_fir - the FIR's window, and its inner loop. Contract: shared_c/src/port_fir.h
  *
  *   int32_t port_fir_fold(const uint8_t ring[], const fir_config_t *config, uint8_t oldest)
  *                         r25:r24               r23:r22                     r20
@@ -49,10 +49,61 @@
         /* X: older samples, upwards.  Y: newer samples, downwards.  Z: coefficients
          * T: they lie in RAM, else in ROM */
 
-/* Offsets in fir_config_t */
+/* fir_config_t and fir_t; port_fir_layout.c holds these. */
 #define CONFIG_HALF_Q15 0
 #define CONFIG_TAPS     2
 #define CONFIG_LOADED   3
+#define FIR_CONFIG      0
+#define FIR_NEXT        4
+#define FIR_WINDOW      5
+
+/*   void port_fir_take(fir_t *fir, int32_t sample_counts, const fir_config_t *twice)
+ *                      r25:r24     r23:r20                r19:r18
+ * X: a place in the window.  Z: fir.  r24: next.  r25: bytes of a sample, then of all samples
+ */
+        .section .text.port_fir_take, "ax", @progbits
+        .global port_fir_take
+        .type   port_fir_take, @function
+port_fir_take:
+        movw    r30, r24
+        ldd     r26, Z + FIR_CONFIG
+        ldd     r27, Z + FIR_CONFIG + 1
+        clt
+        cp      r26, r18
+        cpc     r27, r19
+        brne    once
+        set
+once:
+        adiw    r26, CONFIG_TAPS
+        ld      r24, X
+        ldi     r25, 3
+        mul     r24, r25
+        mov     r25, r0
+        clr     r1                  /* what C expects in r1 */
+        subi    r22, 0x80           /* + 2^23, modulo 2^24 */
+        ldd     r24, Z + FIR_NEXT
+        movw    r26, r30
+        adiw    r26, FIR_WINDOW
+        add     r26, r24
+        adc     r27, r1
+put:
+        st      X+, r20
+        st      X+, r21
+        st      X+, r22
+        brtc    is_put
+        clt
+        add     r26, r25
+        adc     r27, r1
+        sbiw    r26, 3
+        rjmp    put
+is_put:
+        subi    r24, -3
+        cpse    r24, r25
+        rjmp    .+2
+        clr     r24
+        std     Z + FIR_NEXT, r24
+        ret
+        .size   port_fir_take, . - port_fir_take
 
         .section .text.port_fir_fold, "ax", @progbits
         .global port_fir_fold

@@ -1,7 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 #include "port_fir.h"
 
+#include "fixed.h"
 #include "port_rom.h"
+
+static void put(uint8_t at[], uint32_t offset_counts)
+{
+    at[0] = (uint8_t)offset_counts;
+    at[1] = (uint8_t)(offset_counts >> 8);
+    at[2] = (uint8_t)(offset_counts >> 16);
+}
+
+void port_fir_take(fir_t *fir, int32_t sample_counts, const fir_config_t *twice)
+{
+    const uint8_t  size          = (uint8_t)(FIR_SAMPLE_BYTES * fir->config->taps); /* <= 192 */
+    const uint32_t offset_counts = (uint32_t)(sample_counts - FIXED_COUNTS_MIN);    /* 0..2^24-1 */
+
+    put(&fir->window[fir->next], offset_counts);
+    if (fir->config == twice) { put(&fir->window[fir->next + size], offset_counts); }
+    fir->next = (uint8_t)(fir->next + FIR_SAMPLE_BYTES);
+    if (fir->next == size) { fir->next = 0U; }
+}
 
 static int32_t sample(const uint8_t at[])
 {

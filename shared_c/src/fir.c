@@ -5,11 +5,12 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fir.h"
-#include "port_hot.h"
+#include "port_outline.h"
 
 enum { HALF_UNITY_Q15 = 16384, UNITY_Q15 = 32768 };
 
 _Static_assert(FIR_SAMPLE_BYTES *FIR_TAPS_MAX <= 255, "byte offsets into the window are uint8_t");
+_Static_assert(FIR_DESIGN_LOWPASS32 == 0, "the default design");
 _Static_assert(2 * FIR_HALF_MAX == FIR_TAPS_MAX, "the longest design's half");
 
 bool fir_load(fir_config_t *config, const int16_t half_q15[], uint8_t taps)
@@ -30,51 +31,24 @@ bool fir_load(fir_config_t *config, const int16_t half_q15[], uint8_t taps)
     return true;
 }
 
-/* Write a sample at its place, and for the default design once more behind all of them: any taps
- * neighbours are then in order of age, which its straight code needs. */
-static void window_put(fir_t *fir, uint8_t at, uint8_t size, int32_t sample_counts)
+/* The default design's window holds its samples twice: any taps neighbours are then in order of
+ * age, which its straight code needs. */
+static void take(fir_t *fir, int32_t sample_counts)
 {
-    const uint32_t offset = (uint32_t)(sample_counts - FIXED_COUNTS_MIN); /* 0..2^24-1 */
-    uint8_t       *place  = &fir->window[at];
-
-    place[0] = (uint8_t)offset;
-    place[1] = (uint8_t)(offset >> 8);
-    place[2] = (uint8_t)(offset >> 16);
-    if (fir->config != fir_designs[0]) { return; }
-    place += size;
-    place[0] = (uint8_t)offset;
-    place[1] = (uint8_t)(offset >> 8);
-    place[2] = (uint8_t)(offset >> 16);
-}
-
-static uint8_t window_size(const fir_config_t *config)
-{
-    return (uint8_t)(FIR_SAMPLE_BYTES * config->taps); /* <= 192 */
+    port_fir_take(fir, fixed_clamp_counts(sample_counts, &fir->clipped), &fir_lowpass32);
 }
 
 void fir_init(fir_t *fir, const fir_config_t *config, int32_t first_counts)
 {
     PORT_ASSERT(config->taps >= 2U && config->taps <= FIR_TAPS_MAX);
 
-    fir->config         = config;
-    fir->next           = 0U;
-    fir->clipped        = 0U;
-    const uint8_t size  = window_size(config);
-    const int32_t first = fixed_clamp_counts(first_counts, &fir->clipped);
-    for (uint8_t at = 0U; at < size; at = (uint8_t)(at + FIR_SAMPLE_BYTES)) {
-        window_put(fir, at, size, first);
-    }
-}
-
-/* The sample into the window in place of the oldest; `next` is then where the oldest one is. */
-static void take(fir_t *fir, int32_t sample_counts)
-{
-    const uint8_t size = window_size(fir->config);
-    uint8_t       next = fir->next;
-
-    window_put(fir, next, size, fixed_clamp_counts(sample_counts, &fir->clipped));
-    next      = (uint8_t)(next + FIR_SAMPLE_BYTES);
-    fir->next = next == size ? 0U : next;
+    fir->config  = config;
+    fir->next    = 0U;
+    fir->clipped = 0U;
+    first_counts = fixed_clamp_counts(first_counts, &fir->clipped); /* it counts once */
+    do {
+        take(fir, first_counts);
+    } while (fir->next != 0U);
 }
 
 PORT_OUTLINE int32_t fir_update(fir_t *fir, int32_t sample_counts)
@@ -87,7 +61,7 @@ PORT_OUTLINE int32_t fir_update(fir_t *fir, int32_t sample_counts)
 
 PORT_OUTLINE int32_t fir_update_default(fir_t *fir, int32_t sample_counts)
 {
-    if (fir->config != fir_designs[0]) { return fir_update(fir, sample_counts); }
+    if (fir->config != &fir_lowpass32) { return fir_update(fir, sample_counts); }
     take(fir, sample_counts);
     const int32_t sum = port_fir_fold_default(&fir->window[fir->next], fir->config);
 

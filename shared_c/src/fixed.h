@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "port_clamp.h"
 #include "port_fixed.h"
 
 _Static_assert((-5 >> 1) == -3, "right shift of a negative must be arithmetic");
@@ -27,7 +28,7 @@ static inline int32_t fixed_mul_q15(int32_t value, uint16_t gain_q15)
 /* Count one more event; a counter stops at its maximum rather than lie by wrapping. */
 static inline void fixed_count(uint16_t *counter)
 {
-    if (*counter != UINT16_MAX) { ++*counter; }
+    port_count(counter);
 }
 
 /* Whether value fits in the converter's 24 bits: its top byte repeats the sign of the one below. */
@@ -38,17 +39,10 @@ static inline bool fixed_is_counts(int32_t value)
     return (uint8_t)(value >> 24) == sign;
 }
 
-/* The rail that a value beyond 24 bits is clamped to, counted. */
-static inline int32_t fixed_rail_counts(int32_t value, uint16_t *clipped)
-{
-    fixed_count(clipped);
-    return value < 0 ? FIXED_COUNTS_MIN : FIXED_COUNTS_MAX;
-}
-
 /* value inside the converter's 24 bits; each clamped value is counted. */
 static inline int32_t fixed_clamp_counts(int32_t value, uint16_t *clipped)
 {
-    return fixed_is_counts(value) ? value : fixed_rail_counts(value, clipped);
+    return port_clamp_counts(value, clipped);
 }
 
 /* counts * 2^7, for counts inside 24 bits. Up by a byte, which still fits in 32 bits, and down by a

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* port_fir - the FIR's inner loop, folded about its middle.
+/* port_fir - the FIR's window, and its inner loop, folded about its middle.
  *
  * Model     (sum_{k<pairs} c[k] (w[k] + w[taps - 1 - k])  [+ c[pairs] w[pairs] if taps is odd]
  *            - 2^38 + 2^14) >> 15,   pairs = taps / 2,   w[0] the oldest sample
@@ -14,6 +14,10 @@
 #include <stdint.h>
 
 #include "fir.h"
+
+/* A sample within 24 bits into the window, in place of the oldest one; `next` is then where the
+ * oldest is. If the configuration is `twice`, it is written once more behind all of them. */
+void port_fir_take(fir_t *fir, int32_t sample_counts, const fir_config_t *twice);
 
 /* Of a ring of taps samples, the oldest of which begins at the byte `oldest`. */
 int32_t port_fir_fold(const uint8_t ring[], const fir_config_t *config, uint8_t oldest);

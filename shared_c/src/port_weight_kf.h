@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* port_weight_kf - the Kalman filter's step, which is nearly all that it costs. Part of the seam.
+/* port_weight_kf - the Kalman filter's update, which is all that it costs. Part of the seam.
  *
  * Model     estimate_q7 += floor((gain_q15 * (2^7 counts - estimate_q7) + 2^14) / 2^15) in
- *           unbounded integers; gives the new estimate
- * Formats   estimate: counts, Q7, |.| <= 2^30    counts: |.| <= 2^23    gain: Q15, 1..32768
+ *           unbounded integers; gives the new estimate. The gain is that of this step; the next
+ *           step has the schedule's next, or holds the last
+ * Formats   estimate: counts, Q7, |.| <= 2^30    gain: Q15, 1..32768
+ *           counts: clamped to 24 bits, and counted, as port_clamp_counts does
  * Bounds    |2^7 counts - estimate_q7| <= 2^31 - 2^7: the difference fits in int32, and as the gain
  *           is at most one, so does what is added
  */
@@ -12,7 +14,8 @@
 
 #include <stdint.h>
 
-/* gain_q15: one gain, in ROM. */
-int32_t port_weight_kf_step(int32_t *estimate_q7, int32_t counts, const uint16_t *gain_q15);
+#include "weight_kf.h"
+
+int32_t port_weight_kf_step(weight_kf_t *kf, int32_t measured_counts);
 
 #endif

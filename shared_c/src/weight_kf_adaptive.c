@@ -4,7 +4,7 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fixed.h"
-#include "port_hot.h"
+#include "port_outline.h"
 #include "port_weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
 
@@ -50,19 +50,13 @@ void weight_kf_adaptive_init(weight_kf_adaptive_t *kf, const weight_kf_adaptive_
     remember(kf, kf->estimate_counts_q7);
 }
 
-/* Aside, so that the usual way pays nothing for it. */
-__attribute__((noinline)) static int32_t update_clamped(weight_kf_adaptive_t *kf,
-                                                        int32_t               measured_counts)
+PORT_OUTLINE int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
 {
-    return port_weight_kf_adaptive_step(kf, fixed_rail_counts(measured_counts, &kf->clipped),
+    return port_weight_kf_adaptive_step(kf, fixed_clamp_counts(measured_counts, &kf->clipped),
                                         WEIGHT_KF_ADAPTIVE_JUMP_FROM_SIGMAS);
 }
 
-PORT_OUTLINE int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
-{
-    if (!fixed_is_counts(measured_counts)) { return update_clamped(kf, measured_counts); }
-    return port_weight_kf_adaptive_step(kf, measured_counts, WEIGHT_KF_ADAPTIVE_JUMP_FROM_SIGMAS);
-}
+#include "port_hot.h"
 
 void weight_kf_adaptive_pair_init(weight_kf_adaptive_pair_t         *pair,
                                   const weight_kf_adaptive_config_t *config, int32_t first_counts)
