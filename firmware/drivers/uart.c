@@ -35,13 +35,6 @@ ISR(USART_UDRE_vect)
     if (next == tx_head) { UCSR0B &= (uint8_t)~_BV(UDRIE0); }
 }
 
-static inline void count_overrun(void)
-{
-    const uint16_t count = rx_overruns;
-
-    if (count != UINT16_MAX) { rx_overruns = count + 1U; }
-}
-
 ISR(USART_RX_vect)
 {
     idle_interrupted();
@@ -50,12 +43,17 @@ ISR(USART_RX_vect)
     const uint8_t head   = rx_head;
     const uint8_t next   = (uint8_t)(head + 1U) & (UART_RX_LEN - 1U);
 
-    if ((status & _BV(DOR0)) != 0U) { count_overrun(); } /* bytes after this one were lost */
+    uint8_t lost = (status & _BV(DOR0)) != 0U ? 1U : 0U; /* bytes after this one */
+
     if ((status & _BV(FE0)) != 0U || next == rx_tail) {
-        count_overrun();
+        ++lost;
     } else {
         rx_ring[head] = byte;
         rx_head       = next;
+    }
+    for (; lost != 0U; --lost) {
+        const uint16_t count = rx_overruns;
+        if (count != UINT16_MAX) { rx_overruns = count + 1U; }
     }
     idle_post_work();
 }
