@@ -100,13 +100,6 @@ COMPACT bool weighing_renew_checkweigher(void)
     return checkweigher_init(&weighing_beside.checkweigher, &setup.checkweigher);
 }
 
-static COMPACT bool renew_temperature(void)
-{
-    if (!temperature_is_lawful(&setup.temperature)) { return false; }
-    temperature_refresh(&shared.rest.temperature);
-    return true;
-}
-
 static COMPACT void renew_chain(void)
 {
     hx711_set_gain((hx711_gain_t)setup.gain);
@@ -128,9 +121,10 @@ bool weighing_setup(bool running)
         temperature_init(&shared.rest.temperature, &setup.temperature);
     }
     if (weighing_renew(setup.zero_mg, setup.tare_mg, firm) != SCALE_OK ||
-        !weighing_renew_checkweigher() || !renew_temperature()) {
+        !weighing_renew_checkweigher()) {
         return false;
     }
+    temperature_refresh(&shared.rest.temperature);
     if (running) { renew_chain(); }
     return true;
 }
@@ -145,7 +139,9 @@ bool weighing_setup_key(uint8_t key)
         return true;
     }
     if (key < SETTINGS_KEY_CHECKWEIGHER_ON) { return true; }
-    return key < SETTINGS_KEY_TEMPERATURE_ON ? weighing_renew_checkweigher() : renew_temperature();
+    if (key < SETTINGS_KEY_TEMPERATURE_ON) { return weighing_renew_checkweigher(); }
+    temperature_refresh(&shared.rest.temperature);
+    return true;
 }
 
 /* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */

@@ -5,18 +5,19 @@
 #include "mpu6050_registers.h"
 #include "twi.h"
 
-/* The transfer under way, in order. */
-enum { NONE, LOOK, READ, WAKE };
+/* The transfer under way, by the number of bytes that it reads, and one. */
+enum { NONE, WAKE, LOOK, READ };
 
 static uint8_t step;
 static uint8_t buffer[2];
 
-static void go(uint8_t next_step, uint8_t reg, uint8_t read_len, uint32_t now_us)
+static void go(uint8_t next_step, uint32_t now_us)
 {
     step      = next_step;
-    buffer[0] = reg;
+    buffer[0] = next_step == READ ? MPU6050_TEMP_OUT_H : MPU6050_PWR_MGMT_1;
     buffer[1] = MPU6050_CLOCK_GYRO_X; /* where it is read, this goes nowhere */
-    twi_begin(MPU6050_ADDRESS, buffer, read_len == 0U ? 2U : 1U, read_len, now_us);
+    twi_begin(MPU6050_ADDRESS, buffer, next_step == WAKE ? 2U : 1U, (uint8_t)(next_step - WAKE),
+              now_us);
 }
 
 void thermometer_init(void)
@@ -26,7 +27,7 @@ void thermometer_init(void)
 
 void thermometer_ask(uint32_t now_us)
 {
-    if (step == NONE) { go(LOOK, MPU6050_PWR_MGMT_1, 1, now_us); }
+    if (step == NONE) { go(LOOK, now_us); }
 }
 
 thermometer_status_t thermometer_poll(int16_t *centi, uint32_t now_us)
@@ -41,12 +42,6 @@ thermometer_status_t thermometer_poll(int16_t *centi, uint32_t now_us)
         *centi = mpu6050_temperature_centi(buffer);
         return THERMOMETER_READING;
     }
-    if (done == LOOK) {
-        if (buffer[0] == MPU6050_CLOCK_GYRO_X) {
-            go(READ, MPU6050_TEMP_OUT_H, 2, now_us);
-        } else {
-            go(WAKE, MPU6050_PWR_MGMT_1, 0, now_us);
-        }
-    }
+    if (done == LOOK) { go(buffer[0] == MPU6050_CLOCK_GYRO_X ? READ : WAKE, now_us); }
     return THERMOMETER_NOTHING;
 }

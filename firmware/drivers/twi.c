@@ -28,54 +28,66 @@ enum {
 
 #define HALF_CLOCK_US 2.5
 
-uint16_t twi_recoveries;
+uint8_t twi_recoveries;
 
-static volatile uint8_t state; /* twi_status_t; twi_begin and the interrupt write, twi_poll reads */
-static uint8_t          sla_w;
-static uint8_t         *first, *next; /* of the buffer */
-static uint8_t          write_left, read_left;
-static volatile uint16_t
-    begun_us; /* twi_begin writes, where nothing is under way; twi_poll reads */
+typedef struct {
+    volatile uint8_t  state; /* twi_status_t; twi_begin and the interrupt write, twi_poll reads */
+    uint8_t           sla;   /* address and direction */
+    uint8_t          *first, *next; /* of the buffer */
+    uint8_t           write_left, read_left;
+    volatile uint16_t begun_us; /* twi_begin writes, where nothing is under way; twi_poll reads */
+} bus_t;
+
+static bus_t bus;
+
+/* Through a register of which gcc does not know what it holds, a field costs half the code. */
+static inline bus_t *the_bus(void)
+{
+    bus_t *it = &bus;
+
+    __asm__("" : "+b"(it));
+    return it;
+}
 
 ISR(TWI_vect)
 {
     idle_interrupted();
-    uint8_t control = GO;
-    uint8_t ended   = TWI_BUSY;
+    bus_t *const it      = the_bus();
+    uint8_t     *at      = it->next;
+    uint8_t      control = GO;
 
     switch (TWSR) {
-    case START: TWDR = sla_w; break;
-    case RESTART:
-        TWDR = sla_w | 1U;
-        next = first;
-        break;
+    case START:
+    case RESTART: TWDR = it->sla; break;
     case WRITE_ACKED:
     case SENT_ACKED:
-        if (write_left != 0U) {
-            write_left--;
-            TWDR = *next++;
-        } else if (read_left != 0U) {
+        if (it->write_left != 0U) {
+            it->write_left--;
+            TWDR = *at++;
+        } else if (it->read_left != 0U) {
+            it->sla |= 1U;
+            at = it->first;
             control |= _BV(TWSTA);
         } else {
-            ended = TWI_IDLE;
+            it->state = TWI_IDLE;
         }
         break;
     case GOT_MORE:
     case GOT_LAST:
-        *next++ = TWDR;
-        if (read_left == 0U) {
-            ended = TWI_IDLE;
+        *at++ = TWDR;
+        if (it->read_left == 0U) {
+            it->state = TWI_IDLE;
             break;
         } /* fall through */
     case READ_ACKED:
-        read_left--;
-        if (read_left != 0U) { control |= _BV(TWEA); }
+        it->read_left--;
+        if (it->read_left != 0U) { control |= _BV(TWEA); }
         break;
-    default: ended = TWI_REFUSED; break; /* not acknowledged; bus error, arbitration lost */
+    default: it->state = TWI_REFUSED; break; /* not acknowledged; bus error, arbitration lost */
     }
-    if (ended != TWI_BUSY) {
+    it->next = at;
+    if (it->state != TWI_BUSY) {
         control = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
-        state   = ended;
         idle_post_work();
     }
     TWCR = control;
@@ -109,7 +121,7 @@ static void recover(void)
     scl_release();
     TWI_DDR &= (uint8_t)~_BV(TWI_SDA); /* SDA rises while SCL is high: STOP */
     TWI_PORT |= _BV(TWI_SDA);
-    if (twi_recoveries != UINT16_MAX) { twi_recoveries++; }
+    if (twi_recoveries != UINT8_MAX) { twi_recoveries++; }
 }
 
 void twi_init(void)
@@ -121,21 +133,20 @@ void twi_init(void)
 bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read_len,
                uint32_t now_us)
 {
+    bus_t *const  it   = the_bus();
     const uint8_t sreg = SREG;
 
     cli(); /* of two that come here only one may find it free */
-    if (state == TWI_BUSY) {
-        SREG = sreg;
-        return false;
-    }
-    state      = TWI_BUSY;
-    SREG       = sreg;
-    sla_w      = (uint8_t)(address << 1);
-    first      = buffer;
-    next       = buffer;
-    write_left = write_len;
-    read_left  = read_len;
-    begun_us   = (uint16_t)now_us;
+    const bool is_busy = it->state == TWI_BUSY;
+    it->state          = TWI_BUSY;
+    SREG               = sreg;
+    if (is_busy) { return false; }
+    it->sla        = (uint8_t)(address << 1);
+    it->first      = buffer;
+    it->next       = buffer;
+    it->write_left = write_len;
+    it->read_left  = read_len;
+    it->begun_us   = (uint16_t)now_us;
     /* After the STOP under way, if one is. */
     TWCR = (uint8_t)((TWCR & _BV(TWSTO)) | GO | _BV(TWSTA));
     return true;
@@ -143,13 +154,15 @@ bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read
 
 twi_status_t twi_poll(uint32_t now_us)
 {
-    if (state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
-        const uint16_t late_us = (uint16_t)((uint16_t)now_us - begun_us - TIMEOUT_US);
+    bus_t *const it = the_bus();
+
+    if (it->state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
+        const uint16_t late_us = (uint16_t)((uint16_t)now_us - it->begun_us - TIMEOUT_US);
         /* What an interrupt has begun since the caller looked at the clock is not late. */
         if (late_us < 60000U) {
             recover();
-            state = TWI_FAILED;
+            it->state = TWI_FAILED;
         }
     }
-    return state;
+    return it->state;
 }

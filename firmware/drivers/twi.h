@@ -28,7 +28,7 @@ typedef enum {
 } twi_status_t;
 
 /* Since reset; it stops at its maximum. */
-extern uint16_t twi_recoveries;
+extern uint8_t twi_recoveries;
 
 /* Take the lines, pull-ups on. */
 void twi_init(void);

@@ -33,5 +33,5 @@ def test_temperature_reproduces_vector_bit_for_bit_on_avr(avr, vector):
 def test_temperature_beyond_its_bounds_is_refused_on_avr(avr):
     lawful = dict.fromkeys(avr_temperature.FIELDS, 0)
     assert not avr_temperature.temperature_init(avr, {**lawful, "span_ppm_per_k_q4": 4001})
-    assert not avr_temperature.temperature_init(avr, {**lawful, "reference_centi": -4001})
+    assert not avr_temperature.temperature_init(avr, {**lawful, "reference_centi": -8501})
     assert not avr_temperature.temperature_init(avr, {**lawful, "origin_counts": 1 << 23})

@@ -18,7 +18,7 @@
  *           they had; one with more, or of another version, is foreign: refused as a whole
  * Bad data  a value beyond its range is refused; a record's were not, when it was written, and no
  *           range ever shrinks. What must hold between values the modules check (scale_init,
- *           checkweigher_init, temperature_is_lawful)
+ *           checkweigher_init)
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
 #ifndef SETTINGS_H

@@ -20,7 +20,7 @@
  * Bad data  a reading outside the range is refused and counted in `refused`; without any reading,
  *           or switched off, counts are passed on as they are; a result beyond 24 bits is clamped
  *           and counted in `clipped`.  A configuration from outside is asked with
- *           temperature_is_lawful before it is used
+ *           temperature_is_lawful before it is used; the ranges of settings.toml are its bounds
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
 #ifndef TEMPERATURE_H
@@ -39,13 +39,12 @@ typedef struct {
 
 typedef struct {
     const temperature_config_t *config;
-    int32_t                     zero_q7; /* counts to take off for the zero, at this temperature */
-    uint32_t span_q32;    /* share of (c - origin) to take off for the span: its magnitude */
-    bool     span_falls;  /* that share is negative */
-    bool     known;       /* there was a reading */
-    int16_t  smoothed_q1; /* 1/100 degC */
-    uint16_t refused;     /* readings out of range, stops at 65535 */
-    uint16_t clipped;     /* results beyond 24 bits, stops at 65535 */
+    int32_t                     zero_q7;  /* counts to take off for the zero, at this temperature */
+    int32_t                     span_q32; /* share of (c - origin) to take off for the span */
+    bool                        known;    /* there was a reading */
+    int16_t                     smoothed_q1; /* 1/100 degC */
+    uint16_t                    refused;     /* readings out of range, stops at 65535 */
+    uint16_t                    clipped;     /* results beyond 24 bits, stops at 65535 */
 } temperature_t;
 
 /* The bounds above hold, so that nothing overflows. */

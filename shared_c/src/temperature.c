@@ -2,6 +2,7 @@
 #include "temperature.h"
 
 #include "fixed.h"
+#include "port_outline.h"
 #include "port_wide.h"
 #include "temperature_limits.h"
 
@@ -10,8 +11,9 @@ enum {
     SMOOTHING_HALF = 1 << (TEMPERATURE_SMOOTHING_SHIFT - 1)
 };
 
-/* Thrice called, once written. */
-#define OUTLINE __attribute__((noinline))
+/* Where gcc knows the address that a pointer holds, it takes each field from there: twice the code
+ * of one that it reaches by the pointer. */
+#define HIDE(pointer) __asm__("" : "+r"(pointer))
 
 /* Shares of 2^32. */
 #define ZERO_Q7_SCALE   UINT32_C(343597384)  /* Q4 * 1/100 K to counts in Q7: 2^7 / 1600 */
@@ -27,7 +29,9 @@ static bool is_temperature(int16_t centi)
 
 bool temperature_is_lawful(const temperature_config_t *config)
 {
-    return fixed_is_counts(config->origin_counts) && is_temperature(config->reference_centi) &&
+    return fixed_is_counts(config->origin_counts) &&
+           config->reference_centi >= -TEMPERATURE_HIGHEST_CENTI &&
+           config->reference_centi <= TEMPERATURE_HIGHEST_CENTI &&
            config->span_ppm_per_k_q4 >= -TEMPERATURE_SPAN_MAX_PPM_PER_K_Q4 &&
            config->span_ppm_per_k_q4 <= TEMPERATURE_SPAN_MAX_PPM_PER_K_Q4;
 }
@@ -43,7 +47,7 @@ int16_t temperature_centi(const temperature_t *temperature)
 }
 
 /* value * share / 2^32, half away from zero. */
-OUTLINE static int32_t scaled(int32_t value, uint32_t share_q32)
+PORT_OUTLINE static int32_t scaled(int32_t value, uint32_t share_q32)
 {
     if (value < 0) { return -(int32_t)port_wide_high(0U - (uint32_t)value, share_q32); }
     return (int32_t)port_wide_high((uint32_t)value, share_q32);
@@ -52,20 +56,19 @@ OUTLINE static int32_t scaled(int32_t value, uint32_t share_q32)
 void temperature_refresh(temperature_t *temperature)
 {
     const temperature_config_t *config      = temperature->config;
-    int16_t                     above_centi = 0; /* the reference; |.| <= 12500 */
+    int16_t                     above_centi = 0; /* the reference; |.| <= 17000 */
 
     if (temperature->known && config->on != 0U) {
         above_centi = (int16_t)(temperature_centi(temperature) - config->reference_centi);
     }
-    const int32_t zero  = port_mul_i16(config->zero_counts_per_k_q4, above_centi); /* < 2^29 */
-    const int32_t share = port_mul_i16(config->span_ppm_per_k_q4, above_centi);    /* <= 5e7 */
-
-    temperature->zero_q7    = scaled(zero, ZERO_Q7_SCALE); /* < 2^25.4 */
-    temperature->span_falls = share < 0;
-    temperature->span_q32   = (uint32_t)scaled((share < 0 ? -share : share) * 4, SHARE_Q32_SCALE);
+    temperature->zero_q7 = /* of a product < 2^29.1: < 2^25.5 */
+        scaled(port_mul_i16(config->zero_counts_per_k_q4, above_centi), ZERO_Q7_SCALE);
+    temperature->span_q32 = /* of a product <= 2.8e8: < 2^27.5 */
+        scaled(port_mul_i16((int16_t)(config->span_ppm_per_k_q4 * 4), above_centi),
+               SHARE_Q32_SCALE);
 }
 
-void temperature_update(temperature_t *temperature, int16_t measured_centi)
+PORT_OUTLINE void temperature_update(temperature_t *temperature, int16_t measured_centi)
 {
     if (!is_temperature(measured_centi)) {
         fixed_count(&temperature->refused);
@@ -85,11 +88,16 @@ void temperature_update(temperature_t *temperature, int16_t measured_centi)
 
 int32_t temperature_correct(temperature_t *temperature, int32_t raw_counts)
 {
-    const int32_t origin_counts = temperature->config->origin_counts;
-    const int32_t span_counts   = temperature->span_falls ? origin_counts - raw_counts
-                                                          : raw_counts - origin_counts;
-    const int32_t drift_q7      = temperature->zero_q7 + /* |span_counts| < 2^24, shares <= 2^27 */
-                             scaled(span_counts * 128, temperature->span_q32);
+    HIDE(temperature);
+    int32_t span_counts = raw_counts - temperature->config->origin_counts;
+    int32_t share_q32   = temperature->span_q32;
+
+    if (share_q32 < 0) {
+        share_q32   = -share_q32;
+        span_counts = -span_counts;
+    }
+    const int32_t drift_q7 = temperature->zero_q7 + /* |span_counts| < 2^24: < 2^27.1 */
+                             scaled(span_counts * 128, (uint32_t)share_q32);
 
     return fixed_clamp_counts(raw_counts - ((drift_q7 + 64) >> 7), &temperature->clipped);
 }
