@@ -260,15 +260,15 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     sample->flags      = sample_flags(conversion->counts);
     sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
-    const int32_t raw_mass_mg = scale_mass(&weighing_scale, sample->raw_counts * ONE_Q7);
-    scale_look(&weighing_scale, raw_mass_mg);
-    sample->weight_flags = scale_update(&weighing_scale, weighing_last_counts_q7, device_us);
+    const int32_t raw_q7 = sample->raw_counts * ONE_Q7;
+    sample->weight_flags = scale_update(&weighing_scale, weighing_last_counts_q7, raw_q7,
+                                        device_us);
     sample->mass_mg      = weighing_scale.mass_mg;
     sample->net_mg       = weighing_scale.net_mg;
 
     product = CHECKWEIGHER_EMPTY;
     if (setup.checkweigher_on != 0U && !weighing_calibrating) {
-        const int32_t load_mg = raw_mass_mg - weighing_scale.zero_mg;
+        const int32_t load_mg = scale_mass(&weighing_scale, raw_q7) - weighing_scale.zero_mg;
         product = checkweigher_update(&weighing_beside.checkweigher, load_mg, device_us);
     }
     return true;

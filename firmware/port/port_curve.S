@@ -10,7 +10,7 @@
  */
 
 #define SCALE_FALLING 5
-#define SCALE_SLOPE   93
+#define SCALE_SLOPE   91
 #define CONFIG_POINTS 28
 #define CONFIG_COUNTS 36
 #define CONFIG_MASS   68

@@ -71,8 +71,8 @@ static uint8_t update(uint8_t buffer[], uint8_t len)
         memcpy(&raw_q7, &samples[at], sizeof raw_q7);
         memcpy(&counts_q7, &samples[at + 4U], sizeof counts_q7);
         memcpy(&device_us, &samples[at + 8U], sizeof device_us);
-        scale_look(&scale, scale_mass(&scale, raw_q7));
-        reply = put_answer(reply, scale_update(&scale, counts_q7, device_us), counts_q7);
+        const uint8_t flags = scale_update(&scale, counts_q7, raw_q7, device_us);
+        reply               = put_answer(reply, flags, counts_q7);
     }
     return (uint8_t)(reply - buffer);
 }

@@ -6,28 +6,31 @@
  *           its first and last line going on outside; load = mass - zero, net = load - tare
  * Slopes    mg a count Q7 in Q32, rounded down once in scale_init, so that the curve never falls
  *           and nothing is divided later (notes bound the error by 1 mg)
- * Stable    once every mass since some instant, for stable_us, lay within the band, those of the
- *           first quarter within half of it; until masses since then spread over 1.5 bands. What is
- *           too far off begins anew, so that no drift stays stable for more than that
+ * Stable    in counts, with a band in counts by the steepest slope, so that masses spread no
+ *           further: once every estimate since some instant, for stable_us, lay within the band,
+ *           those of the first quarter within half of it; until estimates since then spread over
+ *           1.5 bands. What is too far off begins anew, so that no drift stays stable for longer
  * Look      filters lag; so what is measured ahead of them ends stability at once and begins anew,
- *           where it lies beyond 1.75 bands of the masses' other end, or where its mean over 8
- *           samples is more than half a band from the mass (while stable, and when the first
+ *           where it lies beyond 1.75 bands of the estimates' other end, or where its mean over 8
+ *           samples is more than half a band from them (while stable, and when the first
  *           quarter is over). While measurements leap by more than 3/16 of a band from one to the
  *           next, four such leaps and a band count, and half a leap where that is more than half a
  *           band: vibration is no movement. While stable the load has moved by less than 2.5 bands
  * Zero      set once, at the first stable mass within 10 % of Max on either side if none is set
- *           yet; by command within 2 % of that; tracked within the same 2 %, while stable and
- *           within e/2 of zero, by at most e/8 in 2^18 us, 0.48 e/s (R76's 0.5 d/s, 4 %, 20 %,
- *           from memory; d = e)
+ *           yet; by command within 2 % of that; tracked within the same 2 %: while stable, once in
+ *           2^18 us, if it is within e/2 of zero then, by at most e/8, 0.48 e/s (R76's 0.5 d/s,
+ *           4 %, 20 %, from memory; d = e)
  * Limits    over Max + 9 e and under -under_mg nothing is to be shown: flagged, and never stable
- * Display   net / d, d = digit * 10^-decimals of the unit; held until the net mass is further from
- *           what is shown than d/2 + hysteresis, then the nearest, half up
+ * Display   net / d, d = digit * 10^-decimals of the unit; worked out when it is asked for: what
+ *           was shown then is held until the net mass is further from it than d/2 + hysteresis,
+ *           then the nearest, half up
  * Steps     a stable load further from the last stable one than step_mg is one event
  * Formats   counts Q7 and mass mg in -2^30..2^30 - 1, in int32; time us, wrapping;
  *           Max <= 2^29 mg, 536 kg; slope below 128 mg a count
  * Time      arrives with the sample and may be irregular; a gap above gap_us begins anew
- * Bad data  counts and masses beyond their range are limited; commands answer why they refuse, and
- *           then change nothing; update cannot fail
+ * Bad data  counts and masses beyond their range are limited, but for stability, where differences
+ *           of counts come round modulo 2^32; commands answer why they refuse, and then change
+ *           nothing; update cannot fail
  * Context   single caller, not from an ISR.  Cost: firmware/budget.toml
  */
 #ifndef SCALE_H
@@ -104,33 +107,34 @@ typedef struct {
 
 typedef struct {
     const scale_config_t *config;
-    uint8_t               flags;    /* what scale_update answers */
-    uint8_t               show;     /* scale_show_t */
-    bool                  fine;     /* d <= 256 mg */
-    bool                  falling;  /* counts fall with mass */
-    bool                  begun;    /* the band holds a sample */
-    bool                  steady;   /* within the band for long enough */
-    bool                  settled;  /* settled_mg is known */
-    int32_t               raw_mg;   /* the last measurement that was looked at */
-    uint16_t              rough_q4; /* mean leap from one of them to the next, in grains: < 2^16 */
-    int16_t               lag_q3;   /* mean of how far they are ahead, in grains: |.| < 2^15 */
-    uint8_t               grain;    /* a grain is 2^grain mg ... */
-    uint8_t               band;     /* ... so that this is the band in grains */
-    int32_t               mass_mg;  /* of the last sample, by the curve alone */
-    int32_t               low_mg;   /* of the band */
-    int32_t               high_mg;
-    int32_t               zero_mg; /* |.| <= 12 % of Max */
-    int32_t               tare_mg; /* 0..Max */
-    int32_t               net_mg;  /* above zero and tare */
-    int32_t  kept_mg;      /* what is shown: net mass, or as it was when asked for, or the peak */
-    int32_t  divisions;    /* what is shown, in d */
-    uint32_t last_us;      /* of the last sample */
-    uint32_t since_us;     /* when the band began; while stable, when zero was tracked last */
-    uint32_t per_division; /* 1/d in 1/mg: Q40, or Q32 where d is fine */
-    int32_t  settled_mg;   /* by the curve alone, the last that was stable */
+    uint8_t               flags;     /* what scale_update answers */
+    uint8_t               show;      /* scale_show_t */
+    bool                  fine;      /* d <= 256 mg */
+    bool                  falling;   /* counts fall with mass */
+    bool                  begun;     /* the band holds a sample */
+    bool                  steady;    /* within the band for long enough */
+    bool                  settled;   /* settled_mg is known */
+    uint8_t               grain;     /* a grain is 2^grain counts Q7 ... */
+    uint8_t               band;      /* ... so that this is the band in grains */
+    int32_t               anchor_q7; /* where the band began; from there on, in grains: */
+    int16_t               low;       /* of the band, -382..0 */
+    int16_t               high;      /* 0..382 */
+    int16_t               raw;       /* the last measurement, |.| <= 4095 */
+    uint16_t              rough_q4;  /* mean leap from one of them to the next: < 2^16 */
+    int16_t               lag_q3;    /* mean of how far they are ahead: |.| < 2^15 */
+    uint32_t              last_us;   /* of the last sample */
+    uint32_t since_us;        /* when the band began; while stable, when zero was tracked last */
+    int32_t  mass_mg;         /* of the last sample, by the curve alone */
+    int32_t  zero_mg;         /* |.| <= 12 % of Max */
+    int32_t  tare_mg;         /* 0..Max */
+    int32_t  net_mg;          /* above zero and tare */
+    int32_t  kept_mg;         /* net mass as it was when asked for, or the peak */
+    uint32_t step_us;         /* when stability ended last: with SCALE_STEPPED, the step's begin */
+    int32_t  settled_mg;      /* by the curve alone, the last that was stable */
     int32_t  zero_initial_mg; /* set at the first stable mass, else 0 */
     int32_t  zero_range_mg;   /* 2 % of Max */
-    uint32_t step_us;         /* when stability ended last: with SCALE_STEPPED, the step's begin */
+    int32_t  divisions;       /* what is shown, in d */
+    uint32_t per_division;    /* 1/d in 1/mg: Q40, or Q32 where d is fine */
     int32_t  step_from_mg;    /* loads before and after the last step */
     int32_t  step_to_mg;
     uint16_t steps;                           /* counted, stops at 65535 */
@@ -149,11 +153,9 @@ int32_t scale_mass(const scale_t *scale, int32_t counts_q7);
  * are passed over. */
 void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm);
 
-/* Take one estimate of the Kalman filter; gives SCALE_STABLE and so on as bits. */
-uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us);
-
-/* Before scale_update of the same sample: what is measured, unfiltered, by scale_mass. */
-void scale_look(scale_t *scale, int32_t raw_mass_mg);
+/* Take one estimate of the filters, and what was measured with it before any filter (where nothing
+ * is, the estimate again: then nothing is ahead); gives SCALE_STABLE and so on as bits. */
+uint8_t scale_update(scale_t *scale, int32_t counts_q7, int32_t raw_q7, uint32_t device_us);
 
 /* Samples were lost or are not to be trusted: what follows must become stable anew. */
 void scale_interrupt(scale_t *scale);
@@ -170,7 +172,7 @@ scale_status_t scale_count_out(scale_t *scale, uint16_t pieces);
 /* Pieces that lie there net, to the nearest, half away from zero; 0 if none were counted out. */
 int32_t scale_pieces(const scale_t *scale);
 
-/* What is shown, in 10^-decimals of the unit. */
-int32_t scale_shown(const scale_t *scale);
+/* What is shown from now on, in 10^-decimals of the unit. */
+int32_t scale_shown(scale_t *scale);
 
 #endif

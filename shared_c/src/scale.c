@@ -3,10 +3,9 @@
 
 #include "fixed.h"
 #include "port_curve.h"
+#include "port_watch.h"
 #include "port_wide.h"
 #include "scale_wide.h"
-
-enum { AHEAD_MAX = 4095 }; /* in grains: a quarter of it, leapt in the mean, outreaches it */
 
 #define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
 
@@ -47,7 +46,7 @@ static void set_zero(scale_t *scale)
 }
 
 /* The mass has stood within the band for long enough. */
-static void settle(scale_t *scale)
+static OUTLINE void settle(scale_t *scale)
 {
     scale->steady   = true;
     scale->since_us = scale->last_us;
@@ -68,151 +67,75 @@ static void settle(scale_t *scale)
     scale->settled_mg = scale->mass_mg;
 }
 
-static OUTLINE void unsettle(scale_t *scale)
+void scale_interrupt(scale_t *scale)
 {
-    if (scale->steady) { scale->step_us = scale->last_us; }
+    if (scale->steady) {
+        scale->step_us    = scale->last_us;
+        scale->settled_mg = scale->mass_mg;
+    }
     scale->steady = false;
     scale->begun  = false;
+    scale->flags &= (uint8_t)~SCALE_STABLE;
 }
 
 /* Follow a creeping zero, while stable. */
-static void track(scale_t *scale)
+static OUTLINE void track(scale_t *scale)
 {
     const scale_config_t *config = scale->config;
     const int32_t         load   = load_of(scale);
 
-    if ((config->options & SCALE_TRACK_ZERO) != 0U && within(load, config->interval_mg >> 1)) {
-        if (scale->last_us - scale->since_us < TRACK_US) { return; }
-        const int32_t zero_mg = scale->zero_mg + limited(load, config->interval_mg >> 3);
-        if (within(zero_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
-            scale->zero_mg = zero_mg;
-        }
-    }
     scale->since_us = scale->last_us;
+    if ((config->options & SCALE_TRACK_ZERO) == 0U || !within(load, config->interval_mg >> 1)) {
+        return;
+    }
+    const int32_t zero_mg = scale->zero_mg + limited(load, config->interval_mg >> 3);
+    if (within(zero_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
+        scale->zero_mg = zero_mg;
+    }
 }
 
-/* Whether masses stand. */
-static OUTLINE void watch(scale_t *scale)
+/* What follows from the mass: stability, zero, limits. */
+static OUTLINE uint8_t conclude(scale_t *scale)
 {
-    const scale_config_t *config  = scale->config;
-    const int32_t         mass_mg = scale->mass_mg;
-    const uint32_t        stood   = scale->last_us - scale->since_us;
-    int32_t               band    = config->stable_band_mg;
+    const scale_config_t *config   = scale->config;
+    const uint32_t        stood_us = scale->last_us - scale->since_us;
+    uint8_t               flags    = 0U;
 
     if (scale->steady) {
-        band += band >> 1;
-    } else if (stood < config->stable_us >> 2) {
-        band >>= 1;
-    }
-    if (mass_mg < scale->low_mg) { scale->low_mg = mass_mg; }
-    if (mass_mg > scale->high_mg) { scale->high_mg = mass_mg; }
-    if (!scale->begun || scale->high_mg - scale->low_mg > band) {
-        unsettle(scale);
-        scale->low_mg   = mass_mg;
-        scale->high_mg  = mass_mg;
-        scale->begun    = true;
-        scale->since_us = scale->last_us;
-    } else if (scale->steady) {
-        track(scale);
-    } else if (stood >= config->stable_us) {
+        if (stood_us >= TRACK_US) { track(scale); }
+    } else if (stood_us >= config->stable_us) {
         settle(scale);
     }
-}
+    const int32_t load = load_of(scale), net = load - scale->tare_mg; /* 2^29 more */
+    const int32_t e = config->interval_mg, past = load - config->max_mg;
+    scale->net_mg = net;
+    if (scale->show == SCALE_SHOW_PEAK && net > scale->kept_mg) { scale->kept_mg = net; }
 
-/* What is shown, in divisions: held against flicker. */
-static void display(scale_t *scale)
-{
-    const int32_t mass_mg = scale->kept_mg;
-    uint32_t      size    = magnitude(mass_mg); /* <= 2^31 */
-
-    if (scale->fine) { size = size > 0x7FFFFFU ? 0x7FFFFF00U : size << 8; }
-    int32_t exact_q8 = (int32_t)port_wide_high(size, scale->per_division);
-    if (mass_mg < 0) { exact_q8 = -exact_q8; }
-
-    /* Both are below 2^31 - 127, so that no true distance comes round modulo 2^32. */
-    const uint32_t off_q8 = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
-    if (!within((int32_t)off_q8, 128 + (int32_t)scale->config->hysteresis_q8)) {
-        scale->divisions = (exact_q8 + 128) >> 8;
+    if (past > 0 && past - e > e * 8) {
+        flags = SCALE_OVER;
+    } else if (load + config->under_mg < 0) {
+        flags = SCALE_UNDER;
+    } else {
+        if (scale->steady) { flags = SCALE_STABLE; }
+        if (within(load, e >> 2)) { flags |= SCALE_AT_ZERO; }
     }
+    return scale->flags |= flags;
 }
 
-/* The limits, and how near to zero; gives flags. */
-static uint8_t judge(const scale_t *scale, int32_t load)
+OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, int32_t raw_q7, uint32_t device_us)
 {
-    const scale_config_t *config = scale->config;
-    const int32_t         e      = config->interval_mg;
-
-    if (load - config->max_mg - e > e * 8) { return SCALE_OVER; }
-    if (load < -config->under_mg) { return SCALE_UNDER; }
-    const uint8_t stable = scale->steady ? SCALE_STABLE : 0U;
-    return within(load, e >> 2) ? stable | SCALE_AT_ZERO : stable;
-}
-
-OUTLINE uint8_t scale_update(scale_t *scale, int32_t counts_q7, uint32_t device_us)
-{
-    if (device_us - scale->last_us > scale->config->gap_us) { scale_interrupt(scale); }
+    if (device_us - scale->last_us > scale->config->gap_us) { scale->begun = false; }
     scale->last_us = device_us;
-    if (scale->steady) { scale->settled_mg = scale->mass_mg; }
-    scale->mass_mg = scale_mass(scale, counts_q7);
+    if (!port_watch(scale, counts_q7, raw_q7,
+                    device_us - scale->since_us < scale->config->stable_us >> 2)) {
+        scale_interrupt(scale); /* as of the mass before */
+        scale->begun     = true;
+        scale->since_us  = scale->last_us;
+        scale->anchor_q7 = counts_q7;
+    }
     scale->flags &= (uint8_t)(SCALE_ZEROED | SCALE_TARED | SCALE_FROZEN);
-    watch(scale);
-
-    const int32_t load = load_of(scale);
-    const int32_t net  = load - scale->tare_mg; /* 2^29 more */
-    scale->net_mg      = net;
-    if (scale->show == SCALE_SHOW_LIVE ||
-        (scale->show == SCALE_SHOW_PEAK && net > scale->kept_mg)) {
-        scale->kept_mg = net;
-    }
-    scale->flags |= judge(scale, load);
-    display(scale);
-    return scale->flags;
-}
-
-/* How far the measurement is ahead of a mass, in grains. */
-static OUTLINE int16_t ahead(const scale_t *scale, int32_t mass_mg)
-{
-    int32_t apart = scale->raw_mg - mass_mg; /* |.| < 2^31 */
-
-    for (uint8_t bits = scale->grain; bits != 0U; --bits) { apart >>= 1; }
-    return (int16_t)limited(apart, AHEAD_MAX);
-}
-
-void scale_look(scale_t *scale, int32_t raw_mass_mg)
-{
-    const int16_t band     = scale->band; /* <= 255 */
-    const int16_t rough_q2 = (int16_t)(scale->rough_q4 >> 2);
-    const int16_t rough    = (int16_t)(rough_q2 >> 2); /* <= 4095 */
-    const int16_t wide     = rough > band ? rough : band;
-    int16_t       reach    = (int16_t)(band - (band >> 2));
-    int16_t       leap     = ahead(scale, raw_mass_mg);
-    int16_t       most     = (int16_t)(rough + (rough >> 1) + 4);
-
-    scale->raw_mg = raw_mass_mg;
-    if (leap < 0) { leap = (int16_t)-leap; }
-    if (leap > most) { leap = most; }
-    scale->rough_q4 = (uint16_t)(scale->rough_q4 + (uint16_t)(leap - rough));
-
-    int16_t off = ahead(scale, scale->mass_mg);
-    if (off > wide) { off = wide; }
-    if (off < -wide) { off = (int16_t)-wide; }
-    off = (int16_t)(scale->lag_q3 - (scale->lag_q3 >> 3) + off); /* |.| <= 8 wide < 2^15 */
-    scale->lag_q3 = off;
-    if (off < 0) { off = (int16_t)-off; }
-
-    if (reach < rough_q2) { reach = rough_q2; }
-    reach = (int16_t)(reach + band); /* <= 2^14 + 254 */
-    if (ahead(scale, scale->low_mg) > reach || ahead(scale, scale->high_mg) < -reach ||
-        (off > wide * 4 &&
-         (scale->steady || scale->last_us - scale->since_us >= scale->config->stable_us >> 2))) {
-        unsettle(scale);
-    }
-}
-
-void scale_interrupt(scale_t *scale)
-{
-    unsettle(scale);
-    scale->flags &= (uint8_t)~SCALE_STABLE;
+    scale->mass_mg = scale_mass(scale, counts_q7);
+    return conclude(scale);
 }
 
 static OUTLINE scale_status_t take_tare(scale_t *scale, int32_t tare_mg)
@@ -285,7 +208,20 @@ int32_t scale_pieces(const scale_t *scale)
     return net < 0 ? -pieces : pieces;
 }
 
-int32_t scale_shown(const scale_t *scale)
+/* Held against flicker. */
+int32_t scale_shown(scale_t *scale)
 {
+    const int32_t mass_mg = scale->show == SCALE_SHOW_LIVE ? scale->net_mg : scale->kept_mg;
+    uint32_t      size    = magnitude(mass_mg); /* <= 2^31 */
+
+    if (scale->fine) { size = size > 0x7FFFFFU ? 0x7FFFFF00U : size << 8; }
+    int32_t exact_q8 = (int32_t)port_wide_high(size, scale->per_division);
+    if (mass_mg < 0) { exact_q8 = -exact_q8; }
+
+    /* Both are below 2^31 - 127, so that no true distance comes round modulo 2^32. */
+    const uint32_t off_q8 = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
+    if (!within((int32_t)off_q8, 128 + (int32_t)scale->config->hysteresis_q8)) {
+        scale->divisions = (exact_q8 + 128) >> 8;
+    }
     return (int32_t)((uint32_t)scale->divisions * scale->config->digit); /* |divisions| < 2^23 */
 }

@@ -11,7 +11,7 @@
 /* One more than 2^32 / 50: the product's upper half is Max / 50 to the nearest. */
 #define FIFTIETH_Q32 85899346UL
 
-enum { Q_FINE = 64, FINE_BITS = 23 };
+enum { Q_FINE = 64, FINE_BITS = 23, GRAIN_ONE = 23 };
 
 /* The first fields of a configuration in order, each with its least value, and its greatest as a
  * share, by a shift, of Max, of e or of 2^31. */
@@ -43,10 +43,27 @@ static scale_status_t check_ranges(const scale_config_t *config)
     return SCALE_OK;
 }
 
+/* The band as grains of counts Q7, 127..254 of them, or single counts Q7 where it has fewer; one
+ * less than it has, as distances are cut off to whole grains. */
+static void take_band(scale_t *scale, uint32_t steepest_q32)
+{
+    uint32_t band  = (uint32_t)scale->config->stable_band_mg; /* <= 2^24 */
+    uint32_t slope = steepest_q32 >> 1;                       /* 1..2^31 - 1 */
+    uint8_t  grain = GRAIN_ONE;
+
+    for (; band >= slope; slope <<= 1) { ++grain; }
+    for (; grain != 0U && band << 1 < slope; band <<= 1) { --grain; }
+    band = scale_wide_ratio(band, slope) >> 24;
+    if (grain != 0U) { --band; }
+    scale->band  = (uint8_t)band;
+    scale->grain = grain;
+}
+
 /* The calibration's points. Slopes are written only where they are lawful throughout. */
 static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
 {
-    bool falls = false;
+    bool     falls        = false;
+    uint32_t steepest_q32 = 0U;
 
     if (config->points < 2U || config->points > SCALE_POINTS_MAX) { return SCALE_BAD_COUNT; }
     for (uint8_t at = 0U; at < config->points; ++at) {
@@ -63,10 +80,15 @@ static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
         if (run <= 0 || rise <= 0) { return SCALE_NOT_MONOTONE; }
         if (rise >= run) { return SCALE_TOO_STEEP; }
         if (scale != NULL) {
-            scale->slope_q32[at - 1U] = scale_wide_ratio((uint32_t)rise, (uint32_t)run);
+            const uint32_t slope_q32  = scale_wide_ratio((uint32_t)rise, (uint32_t)run);
+            scale->slope_q32[at - 1U] = slope_q32;
+            if (slope_q32 > steepest_q32) { steepest_q32 = slope_q32; }
         }
     }
-    if (scale != NULL) { scale->falling = falls; }
+    if (scale != NULL) {
+        scale->falling = falls;
+        take_band(scale, steepest_q32);
+    }
     return SCALE_OK;
 }
 
@@ -114,8 +136,5 @@ scale_status_t scale_init(scale_t *scale, const scale_config_t *config)
     scale->per_division  = per_division;
     scale->fine          = fine;
     scale->zero_range_mg = (int32_t)port_wide_high((uint32_t)config->max_mg, FIFTIETH_Q32);
-    int32_t band         = config->stable_band_mg;
-    for (; band > UINT8_MAX; band >>= 1) { ++scale->grain; }
-    scale->band = (uint8_t)band;
     return take_points(config, scale);
 }

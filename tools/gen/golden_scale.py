@@ -124,8 +124,7 @@ def play(twin: exact_scale.Scale, rows: Iterable[Row]) -> list[tuple[int, ...]]:
     played = []
     for command, argument, raw_q7, counts_q7, device_us in rows:
         if command == SAMPLE:
-            twin.look(twin.mass(raw_q7))
-            answer = int(twin.update(counts_q7, device_us))
+            answer = int(twin.update(counts_q7, device_us, raw_q7))
         elif command in (TARE_CLEAR, INTERRUPT):
             (twin.tare_clear if command == TARE_CLEAR else twin.interrupt)()
             answer = 0
@@ -185,7 +184,7 @@ def drafts() -> Iterator[Draft]:
                 "command": "0 sample, 1 zero, 2 tare, 3 tare clear, 4 show, 5 count out, "
                 "6 interrupt",
                 "argument": "of show and count out",
-                "raw": f"{COUNTS_Q7}, looked at before",
+                "raw": f"{COUNTS_Q7}, before any filter",
                 "counts": COUNTS_Q7,
                 "device_us": "us, uint32",
                 "answer": "flags of a sample, else scale_status_t",

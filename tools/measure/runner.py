@@ -108,7 +108,7 @@ def _cases() -> dict[str, Case]:
             for axes in (6, 9)
         },
         "scale": Case("scale_update", runner_scale.drive_scale, elf=RUNNER_SCALE),
-        "scale_look": Case("scale_look", runner_scale.drive_scale, elf=RUNNER_SCALE),
+        "scale_shown": Case("scale_shown", runner_scale.drive_scale, elf=RUNNER_SCALE),
         "checkweigher": Case(
             "checkweigher_update", runner_scale.drive_checkweigher, elf=RUNNER_SCALE
         ),

@@ -56,8 +56,7 @@ def test_scale_reproduces_vector_bit_for_bit(vector):
         if number:
             assert command(scale, number, argument) == answer
         else:
-            scale.look(scale.mass(raw))
-            assert scale.update(counts, us) == answer
+            assert scale.update(counts, us, raw) == answer
         assert [scale.net_mg, scale.shown, scale.pieces, scale.mass(counts)] == wanted
     for field in ("steps", "step_us", "step_from_mg", "step_to_mg", "kept_mg"):
         assert getattr(scale, field) == vector.parameter(f"final_{field}")
@@ -121,9 +120,7 @@ def test_scale_is_its_exact_twin_on_any_samples_and_commands(config, rows, start
                 raw = argument
             else:
                 raw = max(min(counts + argument, (1 << 31) - 1), -(1 << 31))
-            scale.look(scale.mass(raw))
-            twin.look(twin.mass(raw))
-            assert scale.update(counts, us) == twin.update(counts, us)
+            assert scale.update(counts, us, raw) == twin.update(counts, us, raw)
         assert (scale.net_mg, scale.shown, scale.pieces) == (twin.net_mg, twin.shown, twin.pieces)
         assert (scale.steps, scale.step_us) == (twin.steps, twin.step_us)
         assert (scale.rough_q4, scale.lag_q3) == (twin.rough_q4, twin.lag_q3)
@@ -289,8 +286,7 @@ def test_scale_is_the_model_but_for_its_budget(seed):
     scale = Scale()
     loads, flags = [], []
     for each, measured, now in zip(counts.tolist(), raw.tolist(), us.tolist(), strict=True):
-        scale.look(scale.mass(measured))
-        flags.append(int(scale.update(each, now)))
+        flags.append(int(scale.update(each, now, measured)))
         loads.append(scale.load_mg)
     truth = model_of(counts, raw, us)
     clear = truth.margin_mg > 2 * model.LOAD_BUDGET_MG

@@ -33,8 +33,7 @@ static void weigh(faults_blocks_t *chain, faults_event_t event, int32_t counts, 
     const int32_t estimate_q7 = weight_kf_adaptive_update(&chain->kf, filtered);
 
     chain->primed = true;
-    scale_look(chain->scale, scale_mass(chain->scale, counts * 128)); /* Q7: 24 bits and 7 more */
-    scale_update(chain->scale, estimate_q7, device_us);
+    scale_update(chain->scale, estimate_q7, counts * 128, device_us); /* Q7: 24 bits and 7 more */
 }
 
 void faults_blocks_weigh(faults_blocks_t *chain, const uint8_t events[], const int32_t counts[],

@@ -6,10 +6,10 @@ void scale_blocks_update(scale_t *scale, const int32_t raw_q7[], const int32_t c
                          int32_t shown[], size_t count)
 {
     for (size_t at = 0U; at < count; ++at) {
-        if (raw_q7 != NULL) { scale_look(scale, scale_mass(scale, raw_q7[at])); }
-        flags[at]  = scale_update(scale, counts_q7[at], device_us[at]);
-        net_mg[at] = scale->net_mg;
-        shown[at]  = scale_shown(scale);
+        const int32_t raw = raw_q7 == NULL ? counts_q7[at] : raw_q7[at];
+        flags[at]         = scale_update(scale, counts_q7[at], raw, device_us[at]);
+        net_mg[at]        = scale->net_mg;
+        shown[at]         = scale_shown(scale);
     }
 }
 

@@ -9,7 +9,7 @@
 #include "checkweigher.h"
 #include "scale.h"
 
-/* Flags, net mass and what is shown after each sample. raw_q7 may be NULL: nothing is looked at. */
+/* Flags, net mass and what is shown after each sample. raw_q7 may be NULL: the counts. */
 void scale_blocks_update(scale_t *scale, const int32_t raw_q7[], const int32_t counts_q7[],
                          const uint32_t device_us[], uint8_t flags[], int32_t net_mg[],
                          int32_t shown[], size_t count);

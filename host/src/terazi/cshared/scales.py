@@ -111,13 +111,10 @@ class Scale(CState):
         lib.scale_blocks_mass(self._c, pointer(counts), pointer(masses_mg), len(counts))
         return masses_mg
 
-    def look(self, raw_mass_mg: int) -> None:
-        """What is measured now, unfiltered; before update."""
-        lib.scale_look(self._c, raw_mass_mg)
-
-    def update(self, counts_q7: int, device_us: int) -> ScaleFlag:
-        """Take one estimate."""
-        return ScaleFlag(lib.scale_update(self._c, counts_q7, device_us))
+    def update(self, counts_q7: int, device_us: int, raw_q7: int | None = None) -> ScaleFlag:
+        """Take one estimate; raw_q7: what was measured with it, before any filter."""
+        raw = counts_q7 if raw_q7 is None else raw_q7
+        return ScaleFlag(lib.scale_update(self._c, counts_q7, raw, device_us))
 
     @property
     def load_mg(self) -> int:
@@ -127,7 +124,7 @@ class Scale(CState):
     def block(self, counts_q7, device_us, raw_q7=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Take (n,) estimates with their times; gives flags, net masses in mg, what is shown.
 
-        raw_q7 : (n,) measurements before any filter, which are looked at; None: they are not.
+        raw_q7 : (n,) measurements before any filter; None: nothing is ahead of the estimates.
         """
         counts = whole(counts_q7, np.int32, "counts")
         raw = ffi.NULL if raw_q7 is None else pointer(whole(raw_q7, np.int32, "measurements"))

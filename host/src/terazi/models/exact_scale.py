@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum, IntFlag
+from itertools import pairwise
 
 from terazi.models.exact import COUNTER_MAX, rounded_shift
 
@@ -15,7 +16,7 @@ POINTS_MAX, DECIMALS_MAX = 8, 6
 TIME_MAX_US = 1 << 31
 CLOCK_US = 1 << 32
 TRACK_US = 1 << 18
-AHEAD_MAX = (1 << 12) - 1  # grains
+APART, LEAP_MAX = range(-1 << 11, 1 << 11), (1 << 12) - 1  # grains
 INITIAL_ZERO, TRACK_ZERO = 1, 2
 LIVE, HELD, PEAK = range(3)
 
@@ -76,6 +77,14 @@ def per_division(
     return rounded_shift(mantissa * factor, 32), True
 
 
+def band_grains(band_mg: int, steepest_q32: int) -> tuple[int, int]:
+    """(the band in grains, binary digits of a grain of counts Q7)."""
+    half, grain = steepest_q32 // 2, 0  # the band is band_mg * 2^31 / half
+    while (band_mg << 31) // (half << grain) > 255:
+        grain += 1
+    return (band_mg << 31) // (half << grain) - (grain > 0), grain
+
+
 def judge(config: Mapping, reciprocals: Sequence[tuple[int, int]]) -> Status:
     """What scale_init answers."""
     count, max_mg, e_mg = config["points"], config["max_mg"], config["interval_mg"]
@@ -124,9 +133,12 @@ class Scale:
         self.zero_range_mg = (config["max_mg"] + 25) // 50
         self.initial_mg = self.zero_mg = self.tare_mg = 0
         self.mass_mg = self.net_mg = self.kept_mg = 0
-        self.raw_mg = self.rough_q4 = self.lag_q3 = 0
-        self.grain = max(config["stable_band_mg"].bit_length() - 8, 0)
-        self.low_mg = self.high_mg = 0  # of the band, since since_us
+        steepest_q32 = max(
+            ((m1 - m0) << 32) // (x1 - x0) for (x0, m0), (x1, m1) in pairwise(self.points)
+        )
+        self.band, self.grain = band_grains(config["stable_band_mg"], steepest_q32)
+        self.anchor_q7 = self.low = self.high = 0  # of the band, since since_us; in grains
+        self.raw = self.rough_q4 = self.lag_q3 = 0
         self.since_us = self.last_us = 0
         self.begun, self.steady, self.settled_mg = False, False, None
         self.step_us = self.step_from_mg = self.step_to_mg = self.steps = 0
@@ -146,23 +158,32 @@ class Scale:
     def load_mg(self) -> int:
         return self.mass_mg - self.zero_mg
 
-    def _ahead(self, mass_mg: int) -> int:
-        return limit(self.raw_mg - mass_mg >> self.grain, AHEAD_MAX)
+    def _grains(self, counts_q7: int) -> int:
+        """From where the band began; the difference comes round modulo 2^32."""
+        apart = (counts_q7 - self.anchor_q7 + CLOCK_US // 2) % CLOCK_US - CLOCK_US // 2
+        return apart >> self.grain
 
-    def look(self, raw_mass_mg: int) -> None:
-        """A measurement before any filter; all in grains."""
-        band, rough = self.config["stable_band_mg"] >> self.grain, self.rough_q4 // 16
-        wide = max(band, rough)
-        reach = band + max(band - band // 4, self.rough_q4 // 4)
-        leap = min(abs(self._ahead(raw_mass_mg)), rough + rough // 2 + 4)
-        self.rough_q4 += leap - rough
-        self.raw_mg = raw_mass_mg
-        self.lag_q3 += limit(self._ahead(self.mass_mg), wide) - self.lag_q3 // 8
+    def _stands(self, counts_q7: int, raw_q7: int) -> bool:
+        """port_watch.h; all in grains."""
+        at, raw = (
+            min(max(self._grains(each), APART[0]), APART[-1]) for each in (counts_q7, raw_q7)
+        )
+        band, rough = self.band, self.rough_q4 // 16
+        wide, reach = max(band, rough), band + max(band - band // 4, 4 * rough)
         stood_us = (self.last_us - self.since_us) % CLOCK_US
-        watched = self.steady or stood_us >= self.config["stable_us"] // 4
-        beyond = self._ahead(self.low_mg) > reach or self._ahead(self.high_mg) < -reach
-        if beyond or (watched and abs(self.lag_q3) > 4 * wide):
-            self._unsettle()
+        early = not self.steady and stood_us < self.config["stable_us"] // 4
+        leap = abs(raw - self.raw) if self._grains(raw_q7) in APART else LEAP_MAX
+        self.rough_q4 += min(leap, rough + rough // 2 + 4) - rough
+        self.raw = raw
+        self.lag_q3 += limit(raw - at, wide) - self.lag_q3 // 8
+        self.low, self.high = min(self.low, at), max(self.high, at)
+        allowed = band + band // 2 if self.steady else band // 2 if early else band
+        beyond = max(raw - self.low, self.high - raw) > reach
+        behind = not early and abs(self.lag_q3) > 4 * wide
+        if self.begun and self.high - self.low <= allowed and not (beyond or behind):
+            return True
+        self.low, self.high, self.raw = 0, 0, raw - at
+        return False
 
     def resume(self, zero_mg: int, tare_mg: int, firm: bool) -> None:
         """A zero and a tare of before; firm: no initial zero."""
@@ -175,33 +196,21 @@ class Scale:
 
     def interrupt(self) -> None:
         """Samples were lost."""
-        self._unsettle()
+        if self.steady:
+            self.step_us, self.settled_mg = self.last_us, self.mass_mg
+        self.steady = self.begun = False
         self.flags &= ~Flag.STABLE
 
-    def _unsettle(self) -> None:
-        if self.steady:
-            self.step_us = self.last_us
-        self.steady = self.begun = False
-
-    def _allowed(self, stood_us: int) -> int:
-        """How far masses may lie apart."""
-        band = self.config["stable_band_mg"]
-        if self.steady:
-            return band + band // 2
-        return band // 2 if stood_us < self.config["stable_us"] // 4 else band
-
-    def _watch(self) -> None:
+    def _watch(self, counts_q7: int, raw_q7: int) -> None:
+        """Whether the load stands, then its mass, and what follows from both."""
+        if not self._stands(counts_q7, raw_q7):
+            self.interrupt()
+            self.begun, self.anchor_q7, self.since_us = True, counts_q7, self.last_us
+        self.mass_mg = self.mass(counts_q7)
         stood_us = (self.last_us - self.since_us) % CLOCK_US
-        if self.begun:
-            self.low_mg = min(self.low_mg, self.mass_mg)
-            self.high_mg = max(self.high_mg, self.mass_mg)
-        if not self.begun or self.high_mg - self.low_mg > self._allowed(stood_us):
-            self._unsettle()
-            self.begun = True
-            self.low_mg = self.high_mg = self.mass_mg
-            self.since_us = self.last_us
-        elif self.steady:
-            self._track()
+        if self.steady:
+            if stood_us >= TRACK_US:
+                self._track()
         elif stood_us >= self.config["stable_us"]:
             self._settle()
 
@@ -226,38 +235,22 @@ class Scale:
 
     def _track(self) -> None:
         e = self.config["interval_mg"]
+        self.since_us = self.last_us
         if self.config["options"] & TRACK_ZERO and abs(self.load_mg) <= e // 2:
-            if (self.last_us - self.since_us) % CLOCK_US < TRACK_US:
-                return
             wanted = self.zero_mg + limit(self.load_mg, e // 8)
             if abs(wanted - self.initial_mg) <= self.zero_range_mg:
                 self.zero_mg = wanted
-        self.since_us = self.last_us
 
-    def _display(self, mass_mg: int) -> None:
-        size = abs(mass_mg)
-        if self.fine:
-            size = min(size << 8, 0x7FFFFF00)
-        exact_q8 = rounded_shift(size * self.per_division, 32)
-        if mass_mg < 0:
-            exact_q8 = -exact_q8
-        if abs(exact_q8 - 256 * self.divisions) > 128 + self.config["hysteresis_q8"]:
-            self.divisions = rounded_shift(exact_q8, 8)
-
-    def update(self, counts_q7: int, device_us: int) -> Flag:
-        """Take one estimate."""
+    def update(self, counts_q7: int, device_us: int, raw_q7: int | None = None) -> Flag:
+        """Take one estimate; raw_q7: what was measured with it, before any filter."""
         if (device_us - self.last_us) % CLOCK_US > self.config["gap_us"]:
-            self.interrupt()
+            self.begun = False
         self.last_us = device_us
-        if self.steady:
-            self.settled_mg = self.mass_mg
-        self.mass_mg = self.mass(counts_q7)
         self.flags &= Flag.ZEROED | Flag.TARED | Flag.FROZEN
-        self._watch()
+        self._watch(counts_q7, counts_q7 if raw_q7 is None else raw_q7)
         self.net_mg = self.load_mg - self.tare_mg
-        if self.show_what != HELD:
-            at_least = self.kept_mg if self.show_what == PEAK else self.net_mg
-            self.kept_mg = max(self.net_mg, at_least)
+        if self.show_what == PEAK:
+            self.kept_mg = max(self.net_mg, self.kept_mg)
         load, e = self.load_mg, self.config["interval_mg"]
         if load > self.config["max_mg"] + 9 * e:
             self.flags |= Flag.OVER
@@ -266,7 +259,6 @@ class Scale:
         else:
             self.flags |= Flag.STABLE if self.steady else Flag(0)
             self.flags |= Flag.AT_ZERO if abs(load) <= e // 4 else Flag(0)
-        self._display(self.kept_mg)
         return self.flags
 
     def zero(self) -> Status:
@@ -314,4 +306,14 @@ class Scale:
 
     @property
     def shown(self) -> int:
+        """Of what is shown from now on."""
+        mass_mg = self.net_mg if self.show_what == LIVE else self.kept_mg
+        size = abs(mass_mg)
+        if self.fine:
+            size = min(size << 8, 0x7FFFFF00)
+        exact_q8 = rounded_shift(size * self.per_division, 32)
+        if mass_mg < 0:
+            exact_q8 = -exact_q8
+        if abs(exact_q8 - 256 * self.divisions) > 128 + self.config["hysteresis_q8"]:
+            self.divisions = rounded_shift(exact_q8, 8)
         return self.divisions * self.config["digit"]

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,9 +15,10 @@ from terazi.design import scale as design
 STABLE, AT_ZERO, OVER, UNDER, STEPPED, ZEROED = 1, 2, 4, 8, 16, 32
 MASS_BUDGET_MG = 1.0  # |C - model| of the calibrated mass, shared_c/notes/scale.md
 LOAD_BUDGET_MG = 2.75  # of the load above zero, which may have been tracked
+SPREAD_BUDGET = 3.5  # grains, of how far estimates lie apart
 REACH_BUDGET = 12.0  # grains, of how far a measurement may lie off
 LAG_BUDGET = 4.0  # grains, of the mean of how far they are ahead
-AHEAD_MAX = 4095.0  # grains
+APART, LEAP_MAX = (-2048.0, 2047.0), 4095.0  # grains
 TRACK_S = 2.0**18 * 1e-6
 BITS_31 = (-(2.0**30), 2.0**30 - 1)  # counts Q7 and masses
 
@@ -55,13 +57,16 @@ class ScaleResult:
 
 
 class _Scale:
-    def __init__(self, config: Mapping) -> None:
-        self.config = config
+    def __init__(self, config: Mapping, steepest: float) -> None:
+        self.config, self.steepest = config, steepest  # mg a count
+        band = config["stable_band_mg"] / steepest  # counts
+        grain_q7 = 2.0 ** max(np.floor(np.log2(max(band * design.ONE_COUNT_Q7, 1.0))) - 7, 0)
+        self.grain = grain_q7 / design.ONE_COUNT_Q7
+        self.band = band / self.grain
         self.division_mg = division_mg(config)
-        self.grain_mg = 2.0 ** max(config["stable_band_mg"].bit_length() - 8, 0)
         self.zero = self.initial = 0.0
         self.low = self.high = self.since_s = self.left_s = self.now_s = 0.0
-        self.mass = self.raw = self.rough = self.lag = 0.0
+        self.anchor = self.mass = self.raw = self.rough = self.lag = 0.0
         self.begun = self.steady = False
         self.settled: float | None = None
         self.steps: list[tuple[float, float, float]] = []
@@ -74,45 +79,53 @@ class _Scale:
         self.margin = min(self.margin, abs(value - limit) - slack)
         return value > limit
 
-    def unsettle(self) -> None:
-        if self.steady:
-            self.left_s = self.now_s
-        self.steady = self.begun = False
+    def decide_grains(self, value: float, limit: float, slack: float) -> bool:
+        """The same in grains, which weigh as the steepest line says."""
+        self.margin = min(self.margin, (abs(value - limit) - slack) * self.grain * self.steepest)
+        return value > limit
 
-    def look(self, raw: float) -> None:
-        band, grain = self.config["stable_band_mg"], self.grain_mg
-        wide = max(band, self.rough)
-        reach = band + max(0.75 * band, 4 * self.rough)
-        most = min(1.5 * self.rough + 4 * grain, AHEAD_MAX * grain)
-        self.rough += (min(abs(raw - self.raw), most) - self.rough) / 16
-        self.raw = raw
-        self.lag += (np.clip(raw - self.mass, -wide, wide) - self.lag) / 8
-        quarter_s = self.config["stable_us"] * 0.25e-6 - 1e-9
-        watched = self.steady or self.now_s - self.since_s >= quarter_s
-        apart = min(max(raw - self.low, self.high - raw), AHEAD_MAX * grain)
-        beyond = self.decide(apart, reach, REACH_BUDGET * grain)
-        behind = watched and self.decide(abs(self.lag), wide / 2, LAG_BUDGET * grain)
-        if beyond or behind:
-            self.unsettle()
-
-    def watch(self, mass: float, now_s: float) -> None:
-        if self.steady:
-            self.settled = self.mass
-        self.mass, self.now_s = mass, now_s
-        self.low, self.high = min(self.low, mass), max(self.high, mass)
-        stood_s, band = now_s - self.since_s, self.config["stable_band_mg"]
+    def stands(self, counts: float, raw: float) -> bool:
+        """In grains. The C cuts positions, and what it makes of them, off to whole ones."""
+        at, raw = (
+            float(np.clip((each - self.anchor) / self.grain, *APART)) for each in (counts, raw)
+        )
         stable_s = self.config["stable_us"] * 1e-6 - 1e-9
+        early = not self.steady and self.now_s - self.since_s < stable_s / 4
+        wide, reach = max(self.band, self.rough), self.band + max(0.75 * self.band, 4 * self.rough)
+        leap = LEAP_MAX if raw in APART else abs(raw - self.raw)
+        self.rough += (min(leap, 1.5 * self.rough + 4) - self.rough) / 16
+        self.raw = raw
+        self.lag += (np.clip(raw - at, -wide, wide) - self.lag) / 8
+        self.low, self.high = min(self.low, at), max(self.high, at)
+        spread, allowed = self.high - self.low, self.band * (0.5 if early else 1.0)
+        apart = max(raw - self.low, self.high - raw)
+        stands = self.begun and not self.decide_grains(
+            spread, 1.5 * self.band if self.steady else allowed, SPREAD_BUDGET
+        )
+        if stands:
+            beyond = self.decide_grains(apart, reach, REACH_BUDGET)
+            behind = not early and self.decide_grains(abs(self.lag), wide / 2, LAG_BUDGET)
+            stands = not (beyond or behind)
+        if not stands:
+            self.low = self.high = 0.0
+            self.raw = raw - at
+        return stands
+
+    def watch(self, counts: float, raw: float, mass: float, now_s: float) -> None:
+        if now_s - self.now_s > self.config["gap_us"] * 1e-6 + 1e-9:
+            self.begun = False
+        self.now_s = now_s
+        if not self.stands(counts, raw):
+            if self.steady:
+                self.left_s, self.settled = now_s, self.mass
+            self.steady, self.begun = False, True
+            self.anchor, self.since_s = counts, now_s
+        self.mass = mass
+        stood_s = now_s - self.since_s
         if self.steady:
-            band *= 1.5
-        elif stood_s < stable_s / 4:
-            band *= 0.5
-        if not self.begun or self.decide(self.high - self.low, band):
-            self.unsettle()
-            self.low = self.high = mass
-            self.since_s, self.begun = now_s, True
-        elif self.steady:
-            self.track(mass)
-        elif stood_s >= stable_s:
+            if stood_s >= TRACK_S - 1e-9:
+                self.track(mass)
+        elif stood_s >= self.config["stable_us"] * 1e-6 - 1e-9:
             self.settle(mass)
 
     def settle(self, mass: float) -> None:
@@ -130,14 +143,12 @@ class _Scale:
     def track(self, mass: float) -> None:
         e, load = self.config["interval_mg"], mass - self.zero
         wanted = self.config["options"] & design.OPTIONS["track_zero"]
+        self.since_s = self.now_s
         if wanted and not self.decide(abs(load), e / 2):
-            if self.now_s - self.since_s < TRACK_S - 1e-9:
-                return
             span = 0.02 * self.config["max_mg"]
             moved = self.zero + float(np.clip(load, -e / 8, e / 8))
             if not self.decide(abs(moved - self.initial), span):
                 self.zero = moved
-        self.since_s = self.now_s
 
     def display(self, load: float) -> None:
         there = load / self.division_mg
@@ -154,7 +165,7 @@ def scale(counts, time_s, config: Mapping, raw=None) -> ScaleResult:
 
     counts : (n,) float64 filtered counts; time_s : (n,) float64, rising, from 0 on.
     config : fields of scale_config_t.
-    raw : (n,) float64 counts before the filters, for ``scale_look``; None: it is not called.
+    raw : (n,) float64 counts before the filters; None: the counts.
 
     Nothing is rounded but what is shown. The C lies within LOAD_BUDGET_MG of load_mg, and decides
     and shows the same where margin_mg is above twice that: shared_c/notes/scale.md.
@@ -163,17 +174,15 @@ def scale(counts, time_s, config: Mapping, raw=None) -> ScaleResult:
     x = np.array(config["point_counts_q7"][used]) / design.ONE_COUNT_Q7
     points = list(zip(x, config["point_mass_mg"][used], strict=True))
     masses = mass_mg(counts, points).tolist()
-    raws = [None] * len(masses) if raw is None else mass_mg(raw, points).tolist()
-    one, e = _Scale(config), config["interval_mg"]
+    counts = np.clip(counts, *(np.array(BITS_31) / design.ONE_COUNT_Q7))
+    raws = counts if raw is None else np.asarray(raw)
+    slopes = [(m1 - m0) / abs(x1 - x0) for (x0, m0), (x1, m1) in pairwise(points)]
+    one, e = _Scale(config, max(slopes)), config["interval_mg"]
     loads, shown, flags = np.zeros(len(masses)), np.zeros(len(masses), int), []
-    times = np.asarray(time_s).tolist()
-    for n, (mass, raw_mass, now_s) in enumerate(zip(masses, raws, times, strict=True)):
-        if raw_mass is not None:
-            one.look(raw_mass)
-        if now_s - one.now_s > config["gap_us"] * 1e-6 + 1e-9:
-            one.unsettle()
+    samples = zip(counts.tolist(), raws.tolist(), masses, np.asarray(time_s).tolist(), strict=True)
+    for n, (each, raw_counts, mass, now_s) in enumerate(samples):
         one.flags &= ZEROED
-        one.watch(mass, now_s)
+        one.watch(each, raw_counts, mass, now_s)
         loads[n] = load = mass - one.zero
         if one.decide(load, config["max_mg"] + 9 * e):
             one.flags |= OVER
