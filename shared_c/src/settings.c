@@ -2,6 +2,7 @@
 #include "settings.h"
 
 #include "port_crc.h"
+#include "port_outline.h"
 #include "port_rom.h"
 #include "settings_table.h"
 
@@ -22,36 +23,38 @@ static uint8_t ordered(uint8_t at, uint8_t width)
     return first == 1U ? at : (uint8_t)(width - 1U - at);
 }
 
-static uint8_t place_of(uint8_t key)
-{
-    return port_rom_u8(&settings_table[key][0]);
-}
+/* What the tables say of a key. */
+typedef struct {
+    uint8_t place;  /* of the value, in settings_t */
+    uint8_t limits; /* where its limits stand, and whether it is protected */
+    uint8_t width;  /* 1, 2 or 4 bytes */
+} entry_t;
 
-/* Where its limits stand, and whether it is protected. */
-static uint8_t limits_of(uint8_t key)
+static PORT_OUTLINE entry_t entry_of(uint8_t key)
 {
-    return port_rom_u8(&settings_table[key][1]);
-}
+    const uint8_t *row    = settings_table[key];
+    const uint8_t  limits = port_rom_u8(&row[1]);
+    const uint8_t  which  = limits & (uint8_t)~SETTINGS_PROTECTED;
+    uint8_t        width  = 1U;
 
-/* 1, 2 or 4 bytes. */
-static uint8_t width_of(uint8_t limits)
-{
-    limits &= (uint8_t)~SETTINGS_PROTECTED;
-    if (limits < SETTINGS_LIMITS_16) { return 1U; }
-    return limits < SETTINGS_LIMITS_32 ? 2U : 4U;
+    if (which >= SETTINGS_LIMITS_16) { width = 2U; }
+    if (which >= SETTINGS_LIMITS_32) { width = 4U; }
+    return (entry_t){port_rom_u8(row), limits, width};
 }
 
 settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t *value)
 {
     if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
-    const uint8_t  limits = limits_of(key);
-    const uint8_t *bytes  = (const uint8_t *)settings + place_of(key);
-    const uint8_t  least  = port_rom_u8(&settings_limits[limits & (uint8_t)~SETTINGS_PROTECTED]);
-    const uint8_t  width  = width_of(limits);
-    const bool     below  = (least & bytes[ordered((uint8_t)(width - 1U), width)]) >= 0x80U;
-    uint32_t       found  = below ? UINT32_MAX : 0U;
+    const entry_t  entry = entry_of(key);
+    const uint8_t *bytes = (const uint8_t *)settings + entry.place;
+    const uint8_t  which = entry.limits & (uint8_t)~SETTINGS_PROTECTED;
+    const uint8_t  least = port_rom_u8(&settings_limits[which]);
+    const bool below = (least & bytes[ordered((uint8_t)(entry.width - 1U), entry.width)]) >= 0x80U;
+    uint32_t   found = below ? UINT32_MAX : 0U;
 
-    for (uint8_t at = width; at != 0U;) { found = found << 8 | bytes[ordered(--at, width)]; }
+    for (uint8_t at = entry.width; at != 0U;) {
+        found = found << 8 | bytes[ordered(--at, entry.width)];
+    }
     *value = (int32_t)found;
     return SETTINGS_OK;
 }
@@ -59,19 +62,22 @@ settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t 
 settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
 {
     if (key >= SETTINGS_KEYS) { return SETTINGS_UNKNOWN_KEY; }
-    const uint8_t place = limits_of(key);
-    if (place >= SETTINGS_PROTECTED) { return SETTINGS_WRITE_PROTECTED; }
-    const uint8_t *limits = &settings_limits[place];
-    const uint8_t  width  = width_of(place);
-    uint8_t       *bytes  = (uint8_t *)settings + place_of(key);
-    int32_t        most   = 0;
+    const entry_t entry = entry_of(key);
+    if (entry.limits >= SETTINGS_PROTECTED) { return SETTINGS_WRITE_PROTECTED; }
+    const uint8_t *limits = &settings_limits[entry.limits];
+    uint8_t       *bytes  = (uint8_t *)settings + entry.place;
+    uint32_t       most   = 0U;
 
-    for (uint8_t at = width; at != 0U; --at) { most = most << 8 | port_rom_u8(&limits[at]); }
-    const uint8_t mark  = port_rom_u8(limits);
-    const int32_t least = mark == SETTINGS_MIRRORED ? -most : (int32_t)mark;
-    if (value < least || value > most) { return SETTINGS_OUT_OF_RANGE; }
-    for (uint8_t at = 0U; at != width; ++at) {
-        bytes[ordered(at, width)] = (uint8_t)value;
+    for (uint8_t at = entry.width; at != 0U; --at) { most = most << 8 | port_rom_u8(&limits[at]); }
+    uint8_t  least = port_rom_u8(limits);
+    uint32_t size  = (uint32_t)value; /* a negative one is beyond all there is, unless mirrored */
+    if (least == SETTINGS_MIRRORED) {
+        least = 0U;
+        if (value < 0) { size = 0U - size; }
+    }
+    if (size < least || size > most) { return SETTINGS_OUT_OF_RANGE; }
+    for (uint8_t at = 0U; at != entry.width; ++at) {
+        bytes[ordered(at, entry.width)] = (uint8_t)value;
         value >>= 8;
     }
     return SETTINGS_OK;
@@ -112,11 +118,10 @@ void settings_record_begin(settings_record_t *record, uint16_t sequence)
 /* Where the next byte of the values stands in settings_t; there must be one. */
 static uint8_t next_place(settings_record_t *record)
 {
-    const uint8_t key   = record->key;
-    const uint8_t width = width_of(limits_of(key));
-    const uint8_t place = (uint8_t)(place_of(key) + ordered(record->byte, width));
+    const entry_t entry = entry_of(record->key);
+    const uint8_t place = (uint8_t)(entry.place + ordered(record->byte, entry.width));
 
-    if (++record->byte == width) {
+    if (++record->byte == entry.width) {
         record->byte = 0U;
         record->key++;
     }
