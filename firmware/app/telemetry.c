@@ -6,6 +6,8 @@
 #include "health.h"
 #include "hx711.h"
 #include "idle.h"
+#include "port_wide.h"
+#include "scale_wide.h"
 #include "setup.h"
 #include "stack.h"
 #include "store.h"
@@ -57,7 +59,7 @@ _Static_assert(sizeof(messages_hello_t) == MESSAGES_HELLO_LEN &&
 _Static_assert(sizeof(hx711_counters_t) == offsetof(messages_status_t, conversions_missed) -
                                                offsetof(messages_status_t, conversions) &&
                    sizeof(weighing_counters_t) ==
-                       offsetof(messages_status_t, tx_frames_dropped) -
+                       offsetof(messages_status_t, rx_overruns) -
                            offsetof(messages_status_t, conversions_missed) &&
                    offsetof(messages_status_t, converter_bad_frames) -
                            offsetof(messages_status_t, conversions) ==
@@ -73,21 +75,30 @@ static bool     line_is_dirty; /* the receiver may hold bytes that are no frame'
 static uint8_t  sequence;
 static uint8_t  weight_flags; /* as told by the last WEIGHT */
 static bool     stream_lost;  /* in the present second something streamed did not fit */
-static uint16_t frames_dropped;
-static uint16_t rx_bad_frames;
 static uint16_t weight_256us; /* when the last WEIGHT went out */
 static uint32_t second_us;    /* start of the present second */
 static uint32_t closed_us;    /* when the last one was closed, a little after its end */
-static uint32_t uptime_s;
-static uint16_t cpu_busy_permille; /* of the last whole second */
-static uint16_t stack_free;        /* as of its end: counting takes too long to do on demand */
+
+/* The head of STATUS. */
+static struct {
+    uint32_t uptime_s;
+    uint16_t frames_dropped;
+    uint16_t rx_bad_frames;
+    uint16_t stack_free; /* as of the last second's end: counting takes too long to do on demand */
+    uint16_t cpu_busy_permille; /* of the last whole second */
+} own;
+
+_Static_assert(offsetof(messages_status_t, uptime_s) == 0 &&
+                   offsetof(messages_status_t, cpu_busy_permille) ==
+                       offsetof(__typeof__(own), cpu_busy_permille),
+               "STATUS begins with these");
 
 void telemetry_init(void)
 {
-    stream_mask   = setup.stream_mask;
-    text_mode     = setup.text_mode != 0U;
-    stack_free    = stack_free_bytes();
-    line_is_dirty = true; /* a boot loader may have spoken, or a torn frame before the reset */
+    stream_mask    = setup.stream_mask;
+    text_mode      = setup.text_mode != 0U;
+    own.stack_free = stack_free_bytes();
+    line_is_dirty  = true; /* a boot loader may have spoken, or a torn frame before the reset */
 }
 
 /* True, and counted, if len bytes and then `leave` more do not fit in the transmit buffer. */
@@ -95,7 +106,7 @@ static bool refuse(uint8_t len, uint8_t leave)
 {
     const bool full = (uint16_t)len + leave > uart_write_room();
 
-    if (full) { counter_add(&frames_dropped, 1); }
+    if (full) { counter_add(&own.frames_dropped, 1); }
     if (full && leave == STREAM_LEAVES) { stream_lost = true; }
     return full;
 }
@@ -121,12 +132,6 @@ static void stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *pay
 {
     if (text_mode || (stream_mask & flag) == 0U) { return; }
     send(id, device_us, payload, len, STREAM_LEAVES);
-}
-
-static void send_line(const text_line_t *line)
-{
-    line_is_dirty = true;
-    uart_write((const uint8_t *)line->characters, line->len);
 }
 
 void telemetry_answer(uint8_t id, const void *message, uint8_t len)
@@ -157,20 +162,16 @@ static COMPACT void send_status(uint8_t leave)
 {
     messages_status_t status;
 
-    status.uptime_s              = uptime_s;
+    memcpy(&status, &own, sizeof own);
     status.converter_state       = (uint8_t)hx711_state();
     status.converter_rate_hz_q16 = weighing_rate_hz_q16();
     memcpy(&status.conversions, hx711_counters(), sizeof(hx711_counters_t));
     memcpy(&status.conversions_missed, weighing_counters(), sizeof(weighing_counters_t));
-    status.tx_frames_dropped = frames_dropped;
-    status.rx_overruns       = uart_rx_overruns();
-    status.rx_bad_frames     = rx_bad_frames;
-    status.stack_free_bytes  = stack_free;
-    status.cpu_busy_permille = cpu_busy_permille;
-    status.faults            = health_faults();
-    status.faults_seen       = health_seen();
-    status.settings_state    = store_state();
-    status.settings_saved    = store_sequence();
+    status.rx_overruns    = uart_rx_overruns();
+    status.faults         = health_faults();
+    status.faults_seen    = health_seen();
+    status.settings_state = store_state();
+    status.settings_saved = store_sequence();
     send(MESSAGES_STATUS_ID, ticks_device_us(), &status, sizeof status, leave);
 }
 
@@ -208,19 +209,17 @@ static COMPACT void stream_events(void)
     }
 }
 
-static COMPACT void send_sample_line(const messages_sample_t *sample)
+/* Lines go out as they are made: first there must be room for so many, and others' answers. */
+static COMPACT bool refuse_lines(uint8_t lines_len, uint8_t leave)
 {
-    text_line_t line;
-
-    if (refuse(TEXT_LINE_MAX, STREAM_LEAVES)) { return; }
-    text_sample(&line, sample);
-    send_line(&line);
+    line_is_dirty = true;
+    return refuse(lines_len, leave);
 }
 
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
 {
     if (text_mode && (stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) != 0U) {
-        send_sample_line(sample);
+        if (!refuse_lines(TEXT_LINE_MAX, STREAM_LEAVES)) { text_sample(sample); }
         return;
     }
     stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample, sizeof *sample);
@@ -230,13 +229,13 @@ void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
 
 static void close_second(uint32_t elapsed_us)
 {
-    const uint32_t slept_us      = idle_take_slept_ticks() / 2U; /* ticks of 0.5 us */
-    const uint32_t busy_us       = slept_us < elapsed_us ? elapsed_us - slept_us : 0U;
-    const uint32_t permille_busy = busy_us / (elapsed_us / 1000U);
+    const uint32_t slept_us = idle_take_slept_ticks() / 2U; /* ticks of 0.5 us */
+    const uint32_t busy_us  = slept_us < elapsed_us ? elapsed_us - slept_us : 0U;
 
-    cpu_busy_permille = (uint16_t)permille_busy; /* <= 1001 */
-    stack_free        = stack_free_bytes();
-    uptime_s++; /* for 136 years */
+    /* busy / elapsed as a fraction in Q32, times 1000 */
+    own.cpu_busy_permille = (uint16_t)port_wide_high(scale_wide_ratio(busy_us, elapsed_us), 1000U);
+    own.stack_free        = stack_free_bytes();
+    own.uptime_s++; /* for 136 years */
     health_note(MESSAGES_FAULT_FLAG_TELEMETRY_LOST,
                 stream_lost ? MESSAGES_FAULT_FLAG_TELEMETRY_LOST : 0U);
     stream_lost = false;
@@ -266,22 +265,14 @@ COMPACT void telemetry_tick(uint32_t now_us)
 
 COMPACT void telemetry_info_lines(void)
 {
-    text_line_t line;
-
-    if (refuse(2 * TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
-    text_version(&line);
-    send_line(&line);
-    text_converter(&line, hx711_gain(), weighing_rate_hz_q16());
-    send_line(&line);
+    if (refuse_lines(2 * TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
+    text_version();
+    text_converter(hx711_gain(), weighing_rate_hz_q16());
 }
 
 COMPACT void telemetry_answer_line(const char *word, uint8_t result)
 {
-    text_line_t line;
-
-    if (refuse(TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
-    text_answer(&line, word, result);
-    send_line(&line);
+    if (!refuse_lines(TEXT_LINE_MAX, TEXT_LINE_MAX)) { text_answer(word, result); }
 }
 
 void telemetry_set_stream(uint8_t mask)
@@ -301,5 +292,5 @@ bool telemetry_text_mode(void)
 
 void telemetry_count_bad_rx(void)
 {
-    counter_add(&rx_bad_frames, 1);
+    counter_add(&own.rx_bad_frames, 1);
 }

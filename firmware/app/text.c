@@ -1,97 +1,98 @@
 /* SPDX-License-Identifier: MIT */
 #include "text.h"
 
+#include "port_wide.h"
+#include "uart.h"
 #include "version.h"
 #include "weight_kf.h"
 
 #include <avr/pgmspace.h>
 #include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
+#include <stddef.h>
+
+#define COMPACT __attribute__((noinline))
 
 /* In a form, each of these stands for the next value. */
 #define WHOLE "\1"
-#define MILLI "\2" /* thousandths, with a point */
-#define HEX   "\3"
+#define Q7    "\2" /* rounded half up */
+#define MILLI "\3" /* thousandths, with a point */
+
 #define WORDS " (text frames tare clear zero info)"
 
-enum { MILLI_DIGITS = 3 };
+/* Numbers that are known to the preprocessor cost no code. */
+#define TEXT_OF_ITS(name) #name
+#define TEXT_OF(number)   TEXT_OF_ITS(number)
+#define VERSION           TEXT_OF(VERSION_MAJOR) "." TEXT_OF(VERSION_MINOR) "." TEXT_OF(VERSION_PATCH)
 
-static void put(text_line_t *line, char character)
+enum { MILLI_DECIMALS = 3, DIGITS_MAX = 10 };
+
+static const uint32_t powers[DIGITS_MAX] PROGMEM = {
+    1000000000UL, 100000000UL, 10000000UL, 1000000UL, 100000UL, 10000UL, 1000UL, 100UL, 10UL, 1UL,
+};
+
+static COMPACT void put(char character)
 {
-    if (line->len < TEXT_LINE_MAX) { line->characters[line->len++] = character; }
+    uart_write((const uint8_t *)&character, 1);
 }
 
-/* Thousandths need no division: the point is set into the digits. */
-static void put_value(text_line_t *line, int32_t value, char how)
+static COMPACT void put_number(int32_t value, uint8_t decimals)
 {
-    const bool is_milli = how == MILLI[0];
-    char       digits[12]; /* -2^31 and a terminator */
+    const uint32_t *rom_power = powers;
+    bool            begun     = false;
 
-    if (how == HEX[0]) {
-        ultoa((uint32_t)value, digits, 16);
-    } else {
-        if (value < 0) { put(line, '-'); }
-        ultoa(value < 0 ? 0U - (uint32_t)value : (uint32_t)value, digits, 10);
-    }
-    uint8_t left = (uint8_t)strlen(digits);
-    if (is_milli && left <= MILLI_DIGITS) {
-        put(line, '0');
-        put(line, '.');
-        for (uint8_t zeros = left; zeros < MILLI_DIGITS; zeros++) { put(line, '0'); }
-    }
-    for (const char *digit = digits; left != 0U; left--) {
-        put(line, *digit++);
-        if (is_milli && left == MILLI_DIGITS + 1U) { put(line, '.'); }
+    if (value < 0) { put('-'); }
+    uint32_t rest = value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
+    for (uint8_t left = DIGITS_MAX; left-- != 0U;) {
+        const uint32_t power = pgm_read_dword(rom_power++);
+        char           digit = '0';
+        for (; rest >= power; rest -= power) { digit++; }
+        if (digit != '0' || left <= decimals) { begun = true; }
+        if (begun) { put(digit); }
+        if (left == decimals && left != 0U) { put('.'); }
     }
 }
 
 /* The form's characters up to its end, values in their places. */
-static __attribute__((noinline)) void put_form(text_line_t *line, const char *rom_form,
-                                               const int32_t *values)
+static COMPACT void put_form(const char *rom_form, const int32_t *values)
 {
-    char character;
+    const int32_t half_q7 = 1L << (WEIGHT_KF_FRACTION_BITS - 1);
+    char          character;
 
     while ((character = (char)pgm_read_byte(rom_form++)) != '\0') {
-        if (character <= HEX[0]) {
-            put_value(line, *values++, character);
-        } else {
-            put(line, character);
+        if (character > MILLI[0]) {
+            put(character);
+            continue;
         }
+        int32_t value = *values++;
+        if (character == Q7[0]) { value = (value + half_q7) >> WEIGHT_KF_FRACTION_BITS; }
+        put_number(value, character == MILLI[0] ? MILLI_DECIMALS : 0U);
     }
 }
 
-void text_sample(text_line_t *line, const messages_sample_t *sample)
-{
-    const int32_t half_q7  = 1L << (WEIGHT_KF_FRACTION_BITS - 1);
-    const int32_t values[] = {sample->raw_counts, sample->fir_counts,
-                              (sample->kf_counts_q7 + half_q7) >> WEIGHT_KF_FRACTION_BITS,
-                              sample->net_mg, sample->weight_flags & MESSAGES_WEIGHT_FLAG_STABLE};
+_Static_assert(offsetof(messages_sample_t, net_mg) - offsetof(messages_sample_t, raw_counts) ==
+                       3 * sizeof(int32_t) &&
+                   MESSAGES_WEIGHT_FLAG_STABLE == 1,
+               "values in the order of the wire; a flag shown as 0 or 1");
 
-    _Static_assert(MESSAGES_WEIGHT_FLAG_STABLE == 1, "shown as 0 or 1");
-    line->len = 0;
-    put_form(
-        line,
-        PSTR("raw:" WHOLE ",fir:" WHOLE ",kf:" WHOLE ",weight_g:" MILLI ",stable:" WHOLE "\r\n"),
-        values);
+void text_sample(const messages_sample_t *sample)
+{
+    put_form(PSTR("raw:" WHOLE ",fir:" WHOLE ",kf:" Q7 ",weight_g:" MILLI ",stable:"),
+             &sample->raw_counts);
+    put((char)('0' + (sample->weight_flags & MESSAGES_WEIGHT_FLAG_STABLE)));
+    put_form(PSTR("\r\n"), NULL);
 }
 
-void text_version(text_line_t *line)
+void text_version(void)
 {
-    const int32_t values[] = {VERSION_MAJOR, VERSION_MINOR, VERSION_PATCH, (int32_t)VERSION_BUILD};
-
-    line->len = 0;
-    put_form(line, PSTR("# Terazi v" WHOLE "." WHOLE "." WHOLE " build=x" HEX WORDS "\r\n"),
-             values);
+    put_form(PSTR("# Terazi v" VERSION " build=" TEXT_OF(VERSION_BUILD) WORDS "\r\n"), NULL);
 }
 
-void text_converter(text_line_t *line, uint8_t gain, uint32_t rate_hz_q16)
+void text_converter(uint8_t gain, uint32_t rate_hz_q16)
 {
-    /* Hz in thousandths: rate < 2^8 Hz, so that 24 bits times 1000 / 2^8 stays below 2^32 */
-    const int32_t values[] = {gain, (int32_t)(((rate_hz_q16 >> 2) * 1000U) >> 14)};
+    /* Hz in thousandths: rate * 1000 / 2^16 */
+    const int32_t values[] = {gain, (int32_t)port_wide_high(rate_hz_q16, 1000UL << 16)};
 
-    line->len = 0;
-    put_form(line, PSTR("# gain=" WHOLE " rate_hz=" MILLI "\r\n"), values);
+    put_form(PSTR("# gain=" WHOLE " rate_hz=" MILLI "\r\n"), values);
 }
 
 /* A switch would be made into a table in RAM. */
@@ -104,11 +105,9 @@ static const char *name_of(uint8_t result)
     return PSTR(": unknown" WORDS "\r\n");
 }
 
-void text_answer(text_line_t *line, const char *word, uint8_t result)
+void text_answer(const char *word, uint8_t result)
 {
-    line->len = 0;
-    put(line, '#');
-    put(line, ' ');
-    while (*word != '\0') { put(line, *word++); }
-    put_form(line, name_of(result), NULL);
+    put_form(PSTR("# "), NULL);
+    while (*word != '\0') { put(*word++); }
+    put_form(name_of(result), NULL);
 }

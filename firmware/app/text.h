@@ -6,7 +6,9 @@
  *           and holds
  *           no bare number, which the plotter would draw.
  * Formats   raw, fir and kf in counts, kf rounded half up; net weight in g with three decimals
- * Context   main loop; pure but for the line it fills
+ * Room      the caller sees to it that the transmit buffer takes TEXT_LINE_MAX characters a line;
+ *           without that a line would be torn
+ * Context   main loop
  */
 #ifndef TEXT_H
 #define TEXT_H
@@ -18,16 +20,11 @@
 /* "raw:-8388608,fir:-8388608,kf:-8388608,weight_g:-2147483.648,stable:0\r\n" is the longest. */
 enum { TEXT_LINE_MAX = 72 };
 
-typedef struct {
-    char    characters[TEXT_LINE_MAX]; /* no terminator */
-    uint8_t len;                       /* what does not fit is left out */
-} text_line_t;
-
-void text_sample(text_line_t *line, const messages_sample_t *sample);
-void text_version(text_line_t *line);
-void text_converter(text_line_t *line, uint8_t gain, uint32_t rate_hz_q16);
+void text_sample(const messages_sample_t *sample);
+void text_version(void);
+void text_converter(uint8_t gain, uint32_t rate_hz_q16);
 
 /* What became of the command `word`. */
-void text_answer(text_line_t *line, const char *word, uint8_t result);
+void text_answer(const char *word, uint8_t result);
 
 #endif

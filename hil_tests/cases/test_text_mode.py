@@ -167,7 +167,8 @@ def test_info_by_line_names_version_gain_and_rate(uno):
     told = [line for line in text_lines(uno.read_raw(0.5)) if line.startswith("#")]
     hello = uno.link.stream.hello
     version = f"v{hello.version_major}.{hello.version_minor}.{hello.version_patch}"
-    assert told[0].startswith(f"# Terazi {version} build=x{hello.build:x} ")
+    build = re.fullmatch(rf"# Terazi {version} build=(0x[0-9a-f]+) \(text frames .*\)", told[0])
+    assert int(build[1], 16) == hello.build
     assert re.fullmatch(r"# gain=128 rate_hz=\d+\.\d{3}", told[1])
 
 

@@ -105,7 +105,7 @@ def test_pio_upload_programs_a_blank_board(board, pio, tmp_path, written):
 
 def test_hex_of_platformio_is_the_makefiles(pio, tmp_path):
     build = "0x1234abcd"
-    make = ["make", "-C", str(TOP / "firmware"), f"OUT={tmp_path / 'make'}", f"BUILD={build}UL"]
+    make = ["make", "-C", str(TOP / "firmware"), f"OUT={tmp_path / 'make'}", f"BUILD={build}"]
     subprocess.run(make, check=True, capture_output=True)
     done = pio("run", "-e", "uno-system", TERAZI_BUILD=build)
     assert done.returncode == 0, done.stdout + done.stderr

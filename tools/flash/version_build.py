@@ -31,4 +31,4 @@ def version_build() -> str:
         return "0x0"
 
 
-env.Append(CPPDEFINES=[("VERSION_BUILD", version_build() + "UL")])  # noqa: F821
+env.Append(CPPDEFINES=[("VERSION_BUILD", version_build())])  # noqa: F821
