@@ -1,28 +1,36 @@
 /* SPDX-License-Identifier: MIT */
 #include "health.h"
 
-static uint16_t held, seen, told;
+#include "port_reach.h"
+
+typedef struct {
+    uint16_t held, seen, told;
+} health_t;
+
+static health_t health;
 
 void health_note(uint16_t mask, uint16_t faults)
 {
-    held = (uint16_t)((held & (uint16_t)~mask) | faults);
-    seen |= faults;
+    health_t *const it = PORT_REACH(&health);
+
+    it->held = (uint16_t)((it->held & (uint16_t)~mask) | faults);
+    it->seen |= faults;
 }
 
 uint16_t health_faults(void)
 {
-    return held;
+    return health.held;
 }
 
 uint16_t health_seen(void)
 {
-    return seen;
+    return health.seen;
 }
 
 uint16_t health_take_changed(void)
 {
-    const uint16_t changed = held ^ told;
+    const uint16_t changed = health.held ^ health.told;
 
-    told = held;
+    health.told = health.held;
     return changed;
 }

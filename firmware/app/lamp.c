@@ -2,6 +2,7 @@
 #include "lamp.h"
 
 #include "led.h"
+#include "port_reach.h"
 
 #include <stdbool.h>
 
@@ -12,39 +13,49 @@ enum {
     PAUSE = 18 /* 1.18 s */
 };
 
-static bool     is_well, is_lit;
-static uint8_t  halves;  /* left of this turn: odd ones are lit, 0 is the pause */
-static uint8_t  since;   /* when this half began */
-static uint8_t  length;  /* how long it is */
-static uint16_t unshown; /* faults since this turn began */
+typedef struct {
+    bool     is_well;
+    uint8_t  half;    /* odd ones are lit; of a turn those left, 0 is the pause */
+    uint8_t  since;   /* when this half began */
+    uint8_t  length;  /* how long it is */
+    uint16_t unshown; /* faults since this turn began */
+} lamp_t;
+
+static lamp_t lamp;
 
 void lamp_init(void)
 {
+    lamp_t *const it = PORT_REACH(&lamp);
+
     led_init();
-    is_well = true;
-    is_lit  = true;
-    length  = BEAT;
+    it->is_well = true;
+    it->half    = 1;
+    it->length  = BEAT;
 }
 
 void lamp_update(uint16_t faults, uint32_t device_us)
 {
+    lamp_t *const it  = PORT_REACH(&lamp);
     const uint8_t now = (uint8_t)(device_us >> 16);
 
-    unshown |= faults;
-    faults = unshown;
-    if ((uint8_t)(now - since) < length && !(is_well && faults != 0U)) { return; }
-    since   = now;
-    length  = FLASH;
-    is_well = false;
-    if (halves != 0U) {
-        if (--halves == 0U) { length = PAUSE; }
+    it->unshown |= faults;
+    faults = it->unshown;
+    if ((uint8_t)(now - it->since) < it->length && !(it->is_well && faults != 0U)) { return; }
+    uint8_t half = it->half, length = FLASH;
+
+    if (!it->is_well && half != 0U) {
+        if (--half == 0U) { length = PAUSE; }
     } else if (faults != 0U) { /* a flash for each bit up to the lowest that is set, dark first */
-        for (halves = 2; (faults & 1U) == 0U; faults >>= 1) { halves = (uint8_t)(halves + 2U); }
-        unshown = 0;
+        for (half = 2; (faults & 1U) == 0U; faults >>= 1) { half = (uint8_t)(half + 2U); }
+        it->unshown = 0;
+        it->is_well = false;
     } else {
-        is_well = true;
-        length  = BEAT;
+        it->is_well = true;
+        half ^= 1U;
+        length = BEAT;
     }
-    is_lit = is_well ? !is_lit : (halves & 1U) != 0U;
-    led_set(is_lit);
+    it->half   = half;
+    it->since  = now;
+    it->length = length;
+    led_set((half & 1U) != 0U);
 }

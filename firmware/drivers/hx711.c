@@ -2,6 +2,9 @@
 #include "hx711.h"
 
 #include "idle.h"
+#include "port_clamp.h"
+#include "port_outline.h"
+#include "port_reach.h"
 #include "ticks.h"
 #include "uno_pins.h"
 
@@ -15,8 +18,9 @@ enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400
  * said. Longer does no harm. */
 #define POWER_DOWN_US 80.0
 
-/* Time-outs are reckoned in 16 bits of 2^10 us, which wrap after 67 s. */
-#define COARSE_SHIFT 10
+/* Times are reckoned in 16 bits of 2^6 us, which wrap after 4 s: the watchdog's half second is the
+ * longest that nobody looks. */
+#define COARSE_SHIFT 6
 
 /* While no interval is known: 2.4 times 100 ms, the slowest conversion, for a clock that is slow by
  * a tenth. After a restart the first one may come only after the settling time, 400 ms. */
@@ -27,20 +31,24 @@ enum { SETTLING_CONVERSIONS = 4 }; /* HX711 datasheet p. 3: 50 ms at 80 SPS, 400
 #define TIMEOUT_LOW (120000UL >> COARSE_SHIFT)
 
 /* The fastest conversion: 138240 clocks at 20 MHz, HX711 datasheet p. 2. */
-#define PERIOD_MIN_US 6912UL
+#define PERIOD_MIN (6912UL >> COARSE_SHIFT)
 
 static volatile bool     edge_seen; /* INT0 writes, main loop clears while INT0 is masked */
 static volatile uint32_t edge_us;   /* INT0 writes, main loop reads while INT0 is masked */
 
-static hx711_gain_t     extra_pulses;
-static hx711_state_t    state;
-static hx711_counters_t counters;
-static uint8_t          settling_left; /* conversions still to drop */
-static bool             has_edge;      /* read_edge is of this run */
-static uint16_t         read_edge;     /* when DOUT fell for the conversion read last; coarse */
-static uint16_t         waiting_since; /* coarse */
-static uint16_t         timeout;       /* coarse */
-static uint32_t         period_us;     /* as told, >= PERIOD_MIN_US */
+typedef struct {
+    hx711_counters_t counters;
+    uint16_t         latest;    /* a read that ends longer than this after its edge is late */
+    uint16_t         read_edge; /* when DOUT fell for the conversion read last */
+    uint16_t         waiting_since;
+    uint16_t         timeout;
+    hx711_gain_t     extra_pulses;
+    hx711_state_t    state;
+    uint8_t          settling_left; /* conversions still to drop */
+    bool             has_edge;      /* read_edge is of this run */
+} chip_t;
+
+static chip_t chip;
 
 ISR(HX711_vect)
 {
@@ -51,20 +59,15 @@ ISR(HX711_vect)
     idle_post_work();
 }
 
-static uint16_t coarse(uint32_t us)
+static PORT_OUTLINE uint16_t coarse(uint32_t us)
 {
     return (uint16_t)(us >> COARSE_SHIFT);
 }
 
-static void count(uint16_t *counter)
+static void settle(chip_t *it)
 {
-    if (*counter != UINT16_MAX) { (*counter)++; }
-}
-
-static void settle(void)
-{
-    settling_left = SETTLING_CONVERSIONS;
-    if (extra_pulses != HX711_GAIN_128) { settling_left++; } /* the first read sets the gain */
+    it->settling_left = SETTLING_CONVERSIONS;
+    if (it->extra_pulses != HX711_GAIN_128) { it->settling_left++; } /* the first sets the gain */
 }
 
 static bool is_dout_low(void)
@@ -76,24 +79,23 @@ static bool is_dout_low(void)
  * level is not looked at: a DOUT stuck low must run into the time-out, not be read again and
  * again. Gives HX711_STUCK_LOW where DOUT is low all along, for a chip at work lets it go high,
  * else what was asked. */
-static hx711_status_t restart(hx711_state_t why, hx711_status_t status)
+static hx711_status_t restart(chip_t *it, hx711_state_t why, hx711_status_t status)
 {
     EIMSK &= (uint8_t)~_BV(INT0);
     edge_seen = false;
     HX711_PORT |= _BV(HX711_PD_SCK);
     _delay_us(POWER_DOWN_US);
-    bool is_low = is_dout_low();
+    const bool is_low = is_dout_low();
     HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK);
     EIFR = _BV(INTF0);
     EIMSK |= _BV(INT0);
 
-    state         = why;
-    has_edge      = false;
-    waiting_since = coarse(ticks_device_us());
-    timeout       = TIMEOUT_FIRST;
-    settle();
-    is_low = is_low && is_dout_low();
-    return is_low ? HX711_STUCK_LOW : status;
+    it->state         = why;
+    it->has_edge      = false;
+    it->waiting_since = coarse(ticks_device_us());
+    it->timeout       = TIMEOUT_FIRST;
+    settle(it);
+    return is_low && is_dout_low() ? HX711_STUCK_LOW : status;
 }
 
 /* After a frame, INT0 still masked: forget the edges that its bits made, then look at the level.
@@ -112,114 +114,125 @@ static void rearm(void)
 
 void hx711_init(hx711_gain_t gain)
 {
-    extra_pulses = gain;
-    hx711_set_period_us(PERIOD_MIN_US);
+    chip_t *const it = PORT_REACH(&chip);
+
+    it->extra_pulses = gain;
+    hx711_set_period_us(0);
 
     HX711_PORT |= _BV(HX711_DOUT); /* pull-up, see uno_pins.h */
     HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK);
     HX711_DDR |= _BV(HX711_PD_SCK);
     EICRA = _BV(ISC01); /* falling edge */
-    restart(HX711_STATE_SETTLING, HX711_NOTHING);
+    restart(it, HX711_STATE_SETTLING, HX711_NOTHING);
 }
 
 /* A period and a quarter of patience beyond what the converter has shown to need. */
-static void expect(uint16_t edge)
+static void expect(chip_t *it, uint16_t edge)
 {
     uint16_t wait = TIMEOUT;
 
-    if (has_edge) {
-        const uint16_t period = coarse(period_us);
-        wait                  = (uint16_t)(edge - read_edge);
-        if (wait < period) { wait = period; }
-        wait = (uint16_t)(wait * 2U + (wait >> 2) + 1U); /* < 2^16: no edge waits for 29 s */
+    if (it->has_edge) {
+        wait = (uint16_t)(edge - it->read_edge);
+        if (wait < it->latest) { wait = it->latest; }
+        wait = (uint16_t)(wait * 2U + (wait >> 2) + 1U); /* < 2^16: no edge waits for 1.8 s */
         if (wait > TIMEOUT) { wait = TIMEOUT; }
     }
-    has_edge  = true;
-    read_edge = edge;
-    timeout   = wait;
+    it->has_edge  = true;
+    it->read_edge = edge;
+    it->timeout   = wait;
 }
 
-static hx711_status_t judge(bool intact, uint32_t age_us)
+static hx711_status_t judge(chip_t *it, bool intact, uint16_t age)
 {
     if (!intact) {
-        count(&counters.bad_frames);
-        return restart(HX711_STATE_BAD_FRAME, HX711_BAD_FRAME);
+        port_count(&it->counters.bad_frames);
+        return restart(it, HX711_STATE_BAD_FRAME, HX711_BAD_FRAME);
     }
-    if (counters.conversions != UINT32_MAX) { counters.conversions++; }
+    if (it->counters.conversions != UINT32_MAX) { it->counters.conversions++; }
     rearm();
 
-    if (age_us > period_us - (period_us >> 6)) { settle(); }
-    if (settling_left != 0U) {
-        settling_left--;
-        state = HX711_STATE_SETTLING;
-        count(&counters.settling_dropped);
+    if (age > it->latest) { settle(it); }
+    if (it->settling_left != 0U) {
+        it->settling_left--;
+        it->state = HX711_STATE_SETTLING;
+        port_count(&it->counters.settling_dropped);
         return HX711_DROPPED;
     }
-    state = HX711_STATE_RUNNING;
+    it->state = HX711_STATE_RUNNING;
     return HX711_CONVERSION;
 }
 
 /* Nothing to read: for how long already? The level is looked at before the flag, so that an edge
  * in between is no level that lasts. */
-static hx711_status_t wait(bool is_low, uint16_t now)
+static hx711_status_t wait(chip_t *it, bool is_low)
 {
-    const uint16_t most = is_low && timeout > TIMEOUT_LOW ? TIMEOUT_LOW : timeout;
+    uint16_t most = it->timeout;
 
-    if ((uint16_t)(now - waiting_since) < most) { return HX711_NOTHING; }
-    count(&counters.timeouts);
+    if (is_low && most > TIMEOUT_LOW) { most = TIMEOUT_LOW; }
+    if ((uint16_t)(coarse(ticks_device_us()) - it->waiting_since) < most) { return HX711_NOTHING; }
+    port_count(&it->counters.timeouts);
     hx711_set_period_us(0);
-    return restart(HX711_STATE_TIMED_OUT, is_low ? HX711_STUCK_LOW : HX711_TIMED_OUT);
+    return restart(it, HX711_STATE_TIMED_OUT, is_low ? HX711_STUCK_LOW : HX711_TIMED_OUT);
 }
 
 hx711_status_t hx711_poll(hx711_conversion_t *conversion)
 {
-    const bool is_low = is_dout_low();
+    chip_t *const it     = PORT_REACH(&chip);
+    const bool    is_low = is_dout_low();
 
-    if (!edge_seen) { return wait(is_low, coarse(ticks_device_us())); }
+    if (!edge_seen) { return wait(it, is_low); }
 
     conversion->device_us = edge_us;
     if (!is_dout_low()) { /* a spike on the line: the chip is at work */
-        count(&counters.bad_frames);
+        port_count(&it->counters.bad_frames);
         rearm();
         return HX711_NOTHING;
     }
-    const bool     intact = hx711_read(&conversion->counts, extra_pulses);
-    const uint32_t now_us = ticks_device_us();
+    const bool     intact = hx711_read(&conversion->counts, it->extra_pulses);
+    const uint16_t now    = coarse(ticks_device_us());
+    const uint16_t edge   = coarse(conversion->device_us);
 
-    expect(coarse(conversion->device_us));
-    waiting_since = coarse(now_us);
-    return judge(intact, now_us - conversion->device_us);
+    expect(it, edge);
+    it->waiting_since = now;
+    return judge(it, intact, (uint16_t)(now - edge));
 }
 
 void hx711_set_gain(hx711_gain_t gain)
 {
-    if (gain == extra_pulses) { return; }
-    extra_pulses  = gain;
-    settling_left = SETTLING_CONVERSIONS + 1; /* the next one is still of the old gain */
-    if (state == HX711_STATE_RUNNING) { state = HX711_STATE_SETTLING; }
+    chip_t *const it = PORT_REACH(&chip);
+
+    if (gain == it->extra_pulses) { return; }
+    it->extra_pulses  = gain;
+    it->settling_left = SETTLING_CONVERSIONS + 1; /* the next one is still of the old gain */
+    if (it->state == HX711_STATE_RUNNING) { it->state = HX711_STATE_SETTLING; }
 }
 
-void hx711_set_period_us(uint32_t told_us)
+PORT_OUTLINE void hx711_set_period_us(uint32_t period_us)
 {
-    period_us = told_us < PERIOD_MIN_US ? PERIOD_MIN_US : told_us;
+    uint16_t period = coarse(period_us);
+
+    if (period < PERIOD_MIN) { period = PERIOD_MIN; }
+    chip.latest = (uint16_t)(period - (period >> 6));
 }
 
 void hx711_distrust(void)
 {
-    if (state == HX711_STATE_RUNNING) { count(&counters.settling_dropped); }
-    state = HX711_STATE_SETTLING;
-    settle();
-    settling_left--; /* that one */
+    chip_t *const it = PORT_REACH(&chip);
+
+    if (it->state == HX711_STATE_RUNNING) { port_count(&it->counters.settling_dropped); }
+    it->state = HX711_STATE_SETTLING;
+    settle(it);
+    it->settling_left--; /* that one */
 }
 
 hx711_state_t hx711_state(void)
 {
-    return state;
+    return chip.state;
 }
 
 uint8_t hx711_gain(void)
 {
-    switch (extra_pulses) {
+    switch (chip.extra_pulses) {
     case HX711_GAIN_32: return 32;
     case HX711_GAIN_64: return 64;
     case HX711_GAIN_128:
@@ -229,5 +242,5 @@ uint8_t hx711_gain(void)
 
 const hx711_counters_t *hx711_counters(void)
 {
-    return &counters;
+    return &chip.counters;
 }

@@ -2,6 +2,7 @@
 #include "twi.h"
 
 #include "idle.h"
+#include "port_reach.h"
 #include "uno_pins.h"
 
 #include <avr/interrupt.h>
@@ -40,19 +41,10 @@ typedef struct {
 
 static bus_t bus;
 
-/* Through a register of which gcc does not know what it holds, a field costs half the code. */
-static inline bus_t *the_bus(void)
-{
-    bus_t *it = &bus;
-
-    __asm__("" : "+b"(it));
-    return it;
-}
-
 ISR(TWI_vect)
 {
     idle_interrupted();
-    bus_t *const it      = the_bus();
+    bus_t *const it      = PORT_REACH(&bus);
     uint8_t     *at      = it->next;
     uint8_t      control = GO;
 
@@ -133,7 +125,7 @@ void twi_init(void)
 bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read_len,
                uint32_t now_us)
 {
-    bus_t *const  it   = the_bus();
+    bus_t *const  it   = PORT_REACH(&bus);
     const uint8_t sreg = SREG;
 
     cli(); /* of two that come here only one may find it free */
@@ -154,7 +146,7 @@ bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read
 
 twi_status_t twi_poll(uint32_t now_us)
 {
-    bus_t *const it = the_bus();
+    bus_t *const it = PORT_REACH(&bus);
 
     if (it->state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
         const uint16_t late_us = (uint16_t)((uint16_t)now_us - it->begun_us - TIMEOUT_US);

@@ -3,6 +3,7 @@
 
 #include "faults_limits.h"
 #include "fixed.h"
+#include "port_outline.h"
 
 #include <string.h>
 
@@ -25,18 +26,18 @@ void faults_pause(faults_t *faults)
     faults->off    = false;
 }
 
-static bool is_within(int16_t move, int16_t limit)
+static uint16_t size_of(int16_t value)
 {
-    return move < limit && move > -limit;
+    return (uint16_t)(value < 0 ? -value : value);
 }
 
 /* A difference of counts in 256 counts, rounded down, limited. */
 static int16_t move_of(int32_t difference)
 {
-    const int32_t move = difference >> 8; /* |.| <= 2^16 */
-
-    if (move > FAULTS_MOVE_LIMIT) { return FAULTS_MOVE_LIMIT; }
-    return move < -FAULTS_MOVE_LIMIT ? -FAULTS_MOVE_LIMIT : (int16_t)move;
+    if ((uint32_t)(difference + FAULTS_MOVE_LIMIT * 256L) < (2U * FAULTS_MOVE_LIMIT + 1U) * 256UL) {
+        return (int16_t)((uint32_t)difference >> 8);
+    }
+    return difference < 0 ? -FAULTS_MOVE_LIMIT : FAULTS_MOVE_LIMIT;
 }
 
 /* What (1 - 1/z)^4 (1 + 1/z^2) leaves of the counts, of whose moves the taps are 1 -3 4 -4 3 -1. */
@@ -44,7 +45,7 @@ static int16_t rest_of(const int16_t *moves)
 {
     const int16_t inner = (int16_t)(moves[2] - moves[3]), outer = (int16_t)(moves[1] - moves[4]);
 
-    return (int16_t)(moves[0] - moves[5] - 3 * outer + 4 * inner); /* |.| <= 16 * 2047 */
+    return (int16_t)(moves[0] - moves[5] + outer + 4 * (inner - outer)); /* |.| <= 16 * 2047 */
 }
 
 /* Whether counts that did not stir had left and are back by the newest move. */
@@ -59,7 +60,7 @@ static bool is_spike(const int16_t *moves, uint8_t stirred)
     } else if ((stirred & 0x0EU) != 0x02U) { /* nor with the last */
         return false;
     }
-    return is_within(sum, FAULTS_BACK) && !is_within(*left, FAULTS_LEAVE);
+    return size_of(sum) < FAULTS_BACK && size_of(*left) >= FAULTS_LEAVE;
 }
 
 static void judge_noise(faults_t *faults, int16_t move)
@@ -70,19 +71,21 @@ static void judge_noise(faults_t *faults, int16_t move)
 
     for (uint8_t at = FAULTS_MOVES - 1U; at != 0U; at--) { moves[at] = moves[at - 1U]; }
     moves[0] = move;
-    if (!is_within(move, FAULTS_STIRRED)) { stirred |= 1U; }
+    if (size_of(move) >= FAULTS_STIRRED) { stirred |= 1U; }
     faults->stirred = stirred;
 
-    uint8_t bits = stirred & 0x3FU; /* of the moves that the filter sees */
-    bits &= (uint8_t)(bits - 1U);
-    bits &= (uint8_t)(bits - 1U); /* not 0: 3 or more */
-
-    const int16_t rest = rest_of(moves), limit = faults->noise_limit;
+    uint8_t  many  = stirred & 0x3FU; /* of the moves that the filter sees */
+    uint16_t limit = (uint16_t)faults->noise_limit;
+    uint8_t  more  = (uint8_t)(noisy + 1U);
+    many &= (uint8_t)(many - 1U);
+    many &= (uint8_t)(many - 1U); /* not 0: 3 or more */
     if ((faults->held & FAULTS_NOISE) != 0U) {
-        const bool is_quiet = is_within(rest, (int16_t)(limit >> FAULTS_QUIET_SHIFT));
-        noisy               = is_quiet ? (uint8_t)(noisy - 1U) : (uint8_t)FAULTS_CALM;
-    } else if (bits != 0U && !is_within(rest, limit)) {
-        noisy++;
+        limit >>= FAULTS_QUIET_SHIFT;
+        more = FAULTS_NOISY;
+        many = 1;
+    }
+    if (many != 0U && size_of(rest_of(moves)) >= limit) {
+        noisy = more;
     } else if (noisy != 0U) {
         noisy--;
     }
@@ -111,12 +114,12 @@ static uint8_t judge_counts(faults_t *faults, int32_t counts)
         faults->stirred = 0U;
         return 0U;
     }
-    judge_noise(faults, move_of(difference));
     if (difference != 0) {
         faults->equal = 0U;
-        return 0U;
+    } else if (faults->equal != FAULTS_REPEATS) {
+        faults->equal++;
     }
-    if (faults->equal != FAULTS_REPEATS) { faults->equal++; }
+    judge_noise(faults, move_of(difference));
     return faults->equal == FAULTS_REPEATS ? FAULTS_DOUT_STUCK : 0U;
 }
 
@@ -140,25 +143,26 @@ static uint8_t judge(faults_t *faults, faults_event_t event, int32_t counts)
     }
 }
 
-uint8_t faults_update(faults_t *faults, faults_event_t event, int32_t counts)
+PORT_OUTLINE uint8_t faults_update(faults_t *faults, faults_event_t event, int32_t counts)
 {
     const uint8_t before = faults->held;
 
     if (event != FAULTS_EVENT_NOTHING) {
         const uint8_t found = judge(faults, event, counts);
-        uint8_t       good  = faults->good;
+        uint8_t       held  = faults->held | found;
         if (event != FAULTS_EVENT_CONVERSION || found != 0U) {
-            good = 0U;
-        } else if (++good >= FAULTS_GOOD) {
-            good = FAULTS_GOOD;
-            faults->held &= FAULTS_NOISE;
+            faults->good = 0U;
+        } else if (++faults->good >= FAULTS_GOOD) {
+            faults->good = FAULTS_GOOD;
+            held &= FAULTS_NOISE;
         }
-        faults->good = good;
-        faults->held |= found;
-        faults->seen |= faults->held;
+        faults->held = held;
+        faults->seen |= held;
     }
-    const uint8_t held = faults->held;
+    const uint8_t held   = faults->held;
+    uint8_t       answer = before == 0U ? 0U : FAULTS_RESTART;
 
-    if (held != 0U) { return held == before ? FAULTS_SPOILT : FAULTS_SPOILT | FAULTS_CHANGED; }
-    return before == 0U ? 0U : FAULTS_RESTART | FAULTS_CHANGED;
+    if (held != 0U) { answer = FAULTS_SPOILT; }
+    if (held != before) { answer |= FAULTS_CHANGED; }
+    return answer;
 }

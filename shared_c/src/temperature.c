@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_outline.h"
+#include "port_reach.h"
 #include "port_wide.h"
 #include "temperature_limits.h"
 
@@ -10,10 +11,6 @@ enum {
     STEP_MAX_Q1    = 2 * TEMPERATURE_STEP_MAX_CENTI,
     SMOOTHING_HALF = 1 << (TEMPERATURE_SMOOTHING_SHIFT - 1)
 };
-
-/* Where gcc knows the address that a pointer holds, it takes each field from there: twice the code
- * of one that it reaches by the pointer. */
-#define HIDE(pointer) __asm__("" : "+r"(pointer))
 
 /* Shares of 2^32. */
 #define ZERO_Q7_SCALE   UINT32_C(343597384)  /* Q4 * 1/100 K to counts in Q7: 2^7 / 1600 */
@@ -88,7 +85,8 @@ PORT_OUTLINE void temperature_update(temperature_t *temperature, int16_t measure
 
 int32_t temperature_correct(temperature_t *temperature, int32_t raw_counts)
 {
-    HIDE(temperature);
+    temperature = PORT_REACH(temperature);
+
     int32_t span_counts = raw_counts - temperature->config->origin_counts;
     int32_t share_q32   = temperature->span_q32;
 
