@@ -10,6 +10,8 @@ _Static_assert(offsetof(calibration_t, mass_mg) - offsetof(calibration_t, counts
                        sizeof(((scale_config_t *)0)->point_mass_mg),
                "both hold counts, and masses behind them");
 
+enum { MASS = SCALE_POINTS_MAX };
+
 static __attribute__((noinline)) void swap(void *a, void *b, uint8_t len)
 {
     uint8_t *left = a, *right = b;
@@ -23,23 +25,18 @@ static __attribute__((noinline)) void swap(void *a, void *b, uint8_t len)
 
 uint8_t calibration_put(calibration_t *calibration, messages_point_t *point)
 {
-    int32_t *mass_mg   = calibration->mass_mg;
-    int32_t *counts_q7 = calibration->counts_q7;
-    uint8_t  at        = 0;
+    int32_t *taken = calibration->counts_q7; /* its counts, and MASS further on its mass */
+    uint8_t  at    = 0;
 
-    for (; at < calibration->count && *mass_mg != point->mass_mg; at++) {
-        mass_mg++;
-        counts_q7++;
-    }
+    for (; at < calibration->count && taken[MASS] != point->mass_mg; at++) { taken++; }
     if (at == SCALE_POINTS_MAX) { return MESSAGES_RESULT_TOO_MANY_POINTS; }
     if (at == calibration->count) { calibration->count++; }
-    *mass_mg   = point->mass_mg;
-    *counts_q7 = point->counts_q7;
-    for (; at != 0U && mass_mg[0] < mass_mg[-1]; at--) {
-        swap(mass_mg, &mass_mg[-1], sizeof *mass_mg);
-        swap(counts_q7, &counts_q7[-1], sizeof *counts_q7);
-        mass_mg--;
-        counts_q7--;
+    taken[0]    = point->counts_q7;
+    taken[MASS] = point->mass_mg;
+    for (; at != 0U && taken[MASS] < taken[MASS - 1]; at--) {
+        taken--;
+        swap(&taken[0], &taken[1], sizeof *taken);
+        swap(&taken[MASS], &taken[MASS + 1], sizeof *taken);
     }
     point->index = at;
     return MESSAGES_RESULT_OK;

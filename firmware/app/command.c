@@ -10,6 +10,7 @@
 
 #include <avr/pgmspace.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
 
 /* When a command has its time. */
@@ -57,13 +58,18 @@ static const rule_t rules[] PROGMEM = {
 
 /* A payload, by the one field that its command begins with, or by all of them. */
 typedef union {
-    uint8_t                    first;
-    messages_count_pieces_t    pieces;
-    messages_calibrate_point_t taken;
-    messages_calibrate_known_t known;
-    messages_setting_t         setting; /* GET_SETTING and SET_SETTING are its head and all */
-    messages_point_t           point;   /* GET_POINT is its head */
+    uint8_t                 first;
+    messages_count_pieces_t pieces;
+    messages_setting_t      setting; /* GET_SETTING and SET_SETTING are its head and all */
+    messages_point_t        point;   /* GET_POINT is its head, CALIBRATE_... its tail */
 } fields_t;
+
+_Static_assert(sizeof(messages_point_t) - sizeof(messages_calibrate_known_t) ==
+                       offsetof(messages_point_t, counts_q7) &&
+                   sizeof(messages_point_t) - sizeof(messages_calibrate_point_t) ==
+                       offsetof(messages_point_t, mass_mg) &&
+                   offsetof(messages_calibrate_known_t, counts_q7) == 0,
+               "CALIBRATE_KNOWN and CALIBRATE_POINT are the tail of a POINT");
 
 _Static_assert(sizeof(messages_setting_t) == MESSAGES_SET_SETTING_LEN, "SET_SETTING is a SETTING");
 
@@ -81,6 +87,7 @@ static bool is_within(int32_t value, int32_t most)
 }
 
 _Static_assert(MESSAGES_CALIBRATE_POINT_MASS_MG_MIN == -MESSAGES_CALIBRATE_POINT_MASS_MG_MAX &&
+                   MESSAGES_CALIBRATE_POINT_MASS_MG_MAX == MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX &&
                    MESSAGES_CALIBRATE_KNOWN_MASS_MG_MIN == -MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX &&
                    MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MIN ==
                        -MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MAX,
@@ -91,11 +98,10 @@ static bool in_range(uint8_t id, const fields_t *fields)
 {
     switch (id) {
     case MESSAGES_COUNT_PIECES_ID: return fields->pieces.pieces >= MESSAGES_COUNT_PIECES_PIECES_MIN;
-    case MESSAGES_CALIBRATE_POINT_ID:
-        return is_within(fields->taken.mass_mg, MESSAGES_CALIBRATE_POINT_MASS_MG_MAX);
+    case MESSAGES_CALIBRATE_POINT_ID: /* its counts are 0 yet */
     case MESSAGES_CALIBRATE_KNOWN_ID:
-        return is_within(fields->known.mass_mg, MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX) &&
-               is_within(fields->known.counts_q7, MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MAX);
+        return is_within(fields->point.mass_mg, MESSAGES_CALIBRATE_KNOWN_MASS_MG_MAX) &&
+               is_within(fields->point.counts_q7, MESSAGES_CALIBRATE_KNOWN_COUNTS_Q7_MAX);
     default: return true;
     }
 }
@@ -127,7 +133,7 @@ static __attribute__((noinline)) uint8_t act(uint8_t id, fields_t *fields)
 {
     switch (id) {
     case MESSAGES_SET_STREAM_ID: telemetry_set_stream(fields->first); break;
-    case MESSAGES_SET_TEXT_MODE_ID: telemetry_set_text_mode(fields->first != 0U); break;
+    case MESSAGES_SET_TEXT_MODE_ID: telemetry_set_text_mode(fields->first); break;
     case MESSAGES_TARE_ID: return weighing_tare();
     case MESSAGES_TARE_CLEAR_ID: return weighing_tare_clear();
     case MESSAGES_ZERO_ID: return weighing_zero();
@@ -135,17 +141,8 @@ static __attribute__((noinline)) uint8_t act(uint8_t id, fields_t *fields)
     case MESSAGES_COUNT_PIECES_ID: return weighing_count_pieces(fields->pieces.pieces);
     case MESSAGES_RESET_COUNTS_ID: return weighing_reset_counts();
     case MESSAGES_CALIBRATE_BEGIN_ID: weighing_calibrate_begin(); break;
-    case MESSAGES_CALIBRATE_POINT_ID: {
-        const int32_t mass_mg = fields->taken.mass_mg;
-        fields->point.mass_mg = mass_mg;
-        return weighing_calibrate_point(&fields->point);
-    }
-    case MESSAGES_CALIBRATE_KNOWN_ID: {
-        const messages_calibrate_known_t known = fields->known;
-        fields->point.counts_q7                = known.counts_q7;
-        fields->point.mass_mg                  = known.mass_mg;
-        return weighing_calibrate_known(&fields->point);
-    }
+    case MESSAGES_CALIBRATE_POINT_ID: return weighing_calibrate_point(&fields->point);
+    case MESSAGES_CALIBRATE_KNOWN_ID: return weighing_calibrate_known(&fields->point);
     case MESSAGES_CALIBRATE_END_ID: return weighing_calibrate_end();
     case MESSAGES_CALIBRATE_ABORT_ID: weighing_calibrate_abort(); break;
     case MESSAGES_GET_POINT_ID: return weighing_point(&fields->point);
@@ -160,7 +157,13 @@ static __attribute__((noinline)) uint8_t act(uint8_t id, fields_t *fields)
 
 static uint8_t run(uint8_t id, const uint8_t payload[], uint8_t len, fields_t *fields)
 {
-    if (len <= sizeof *fields) { memcpy(fields, payload, len); }
+    uint8_t *to = (uint8_t *)fields;
+
+    memset(fields, 0, sizeof *fields);
+    if (id == MESSAGES_CALIBRATE_POINT_ID || id == MESSAGES_CALIBRATE_KNOWN_ID) {
+        to += sizeof(messages_point_t) - len;
+    }
+    if (len <= sizeof *fields) { memcpy(to, payload, len); }
     const uint8_t refusal = judge(id, len, fields);
 
     return refusal == MESSAGES_RESULT_OK ? act(id, fields) : refusal;

@@ -16,8 +16,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define THERMOMETER_US       1000000UL
-#define FIRST_TEMPERATURE_US 65536UL /* the part must wake, then measure */
+/* In 2^16 us. */
+enum {
+    THERMOMETER       = 15, /* 0.98 s */
+    FIRST_TEMPERATURE = 1   /* the part must wake, then measure */
+};
 
 /* Not more than the buffer holds: a host that never stops must not keep the converter waiting. */
 static void receive(void)
@@ -42,12 +45,13 @@ static void weigh(void)
 
 static void measure_temperature(uint32_t now_us)
 {
-    static uint32_t asked_us;
-    int16_t         centi;
+    static uint8_t asked;
+    const uint8_t  now = (uint8_t)(now_us >> 16);
+    int16_t        centi;
 
-    if (now_us - asked_us >=
-        (weighing_awaits_temperature() ? FIRST_TEMPERATURE_US : THERMOMETER_US)) {
-        asked_us = now_us;
+    if ((uint8_t)(now - asked) >=
+        (weighing_awaits_temperature() ? FIRST_TEMPERATURE : THERMOMETER)) {
+        asked = now;
         thermometer_ask(now_us);
     }
     switch (thermometer_poll(&centi, now_us)) {

@@ -70,7 +70,7 @@ _Static_assert(sizeof(hx711_counters_t) == offsetof(messages_status_t, conversio
                "STATUS");
 
 static uint8_t  stream_mask;
-static bool     text_mode;
+static uint8_t  text_mode;     /* 0 or 1 */
 static bool     line_is_dirty; /* the receiver may hold bytes that are no frame's */
 static uint8_t  sequence;
 static uint8_t  weight_flags; /* as told by the last WEIGHT */
@@ -96,7 +96,7 @@ _Static_assert(offsetof(messages_status_t, uptime_s) == 0 &&
 void telemetry_init(void)
 {
     stream_mask    = setup.stream_mask;
-    text_mode      = setup.text_mode != 0U;
+    text_mode      = setup.text_mode;
     own.stack_free = stack_free_bytes();
     line_is_dirty  = true; /* a boot loader may have spoken, or a torn frame before the reset */
 }
@@ -130,7 +130,7 @@ static COMPACT void send(uint8_t id, uint32_t device_us, const void *payload, ui
 /* What is streamed, unless it is not wanted or a person is reading. */
 static void stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *payload, uint8_t len)
 {
-    if (text_mode || (stream_mask & flag) == 0U) { return; }
+    if (text_mode != 0U || (stream_mask & flag) == 0U) { return; }
     send(id, device_us, payload, len, STREAM_LEAVES);
 }
 
@@ -218,7 +218,7 @@ static COMPACT bool refuse_lines(uint8_t lines_len, uint8_t leave)
 
 void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
 {
-    if (text_mode && (stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) != 0U) {
+    if (text_mode != 0U && (stream_mask & MESSAGES_STREAM_FLAG_SAMPLE) != 0U) {
         if (!refuse_lines(TEXT_LINE_MAX, STREAM_LEAVES)) { text_sample(sample); }
         return;
     }
@@ -248,7 +248,7 @@ COMPACT void telemetry_tick(uint32_t now_us)
         second_us += SECOND_US;
         close_second(now_us - closed_us);
         closed_us = now_us;
-        if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && !text_mode) {
+        if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && text_mode == 0U) {
             send_status(STREAM_LEAVES);
         }
     }
@@ -280,14 +280,14 @@ void telemetry_set_stream(uint8_t mask)
     stream_mask = mask;
 }
 
-void telemetry_set_text_mode(bool on)
+void telemetry_set_text_mode(uint8_t on)
 {
     text_mode = on;
 }
 
 bool telemetry_text_mode(void)
 {
-    return text_mode;
+    return text_mode != 0U;
 }
 
 void telemetry_count_bad_rx(void)

@@ -35,7 +35,7 @@ void telemetry_info_lines(void);
 void telemetry_answer_line(const char *word, uint8_t result);
 
 void telemetry_set_stream(uint8_t mask);
-void telemetry_set_text_mode(bool on);
+void telemetry_set_text_mode(uint8_t on);
 bool telemetry_text_mode(void);
 
 /* A received byte sequence that was neither frame nor command line. */

@@ -16,6 +16,7 @@
 #include "weight_kf_adaptive_variants.h"
 #include "weight_kf_gains.h"
 #include <stddef.h>
+#include <string.h>
 
 #define ONE_Q7  (1L << WEIGHT_KF_FRACTION_BITS)
 #define HALF_Q7 (ONE_Q7 / 2)
@@ -23,7 +24,11 @@
 #define RAIL_LOW_COUNTS  (-8388608L)
 #define RAIL_HIGH_COUNTS 8388607L
 
-enum { CONVERTER_FAULTS = 0x3F, UNWEIGHED = 255 };
+enum {
+    CONVERTER_FAULTS = 0x3F,
+    UNWEIGHED        = 255,
+    RINGING          = 16 /* conversions for which an empty platform may ring */
+};
 
 _Static_assert((int)HX711_CONVERSION == (int)FAULTS_EVENT_CONVERSION &&
                    (int)HX711_DROPPED == (int)FAULTS_EVENT_DROPPED &&
@@ -66,6 +71,7 @@ weighing_beside_t           weighing_beside;
 bool                        weighing_calibrating;
 int32_t                     weighing_last_counts_q7;
 static checkweigher_event_t product;    /* what the last sample meant to the checkweigher */
+static uint8_t              ringing;    /* while not 0, noise may be a product's */
 static bool                 is_missing; /* the thermometer does not answer */
 static weighing_counters_t  counters;
 static bool                 primed;   /* the filters hold a run of samples */
@@ -234,6 +240,20 @@ static uint8_t sample_flags(int32_t counts)
     return flags;
 }
 
+/* A product that comes, rings and goes is noise to a scale at rest, and no fault to a
+ * checkweigher. */
+static uint8_t faults_to_tell(void)
+{
+    const uint8_t held = shared.rest.faults.held;
+
+    if (!weighing_calibrating && weighing_beside.checkweigher.loaded) {
+        ringing = RINGING;
+    } else if (ringing != 0U && (held & FAULTS_NOISE) == 0U) {
+        ringing--;
+    }
+    return ringing != 0U ? held & (uint8_t)~FAULTS_NOISE : held;
+}
+
 COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
                            const hx711_conversion_t *conversion)
 {
@@ -247,7 +267,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
         event = FAULTS_EVENT_OFF_BEAT;
     }
     const uint8_t news = faults_update(&shared.rest.faults, event, conversion->counts);
-    if ((news & FAULTS_CHANGED) != 0U) { health_note(CONVERTER_FAULTS, shared.rest.faults.held); }
+    health_note(CONVERTER_FAULTS, faults_to_tell());
     if ((news & FAULTS_RESTART) != 0U || hx711_state() != HX711_STATE_RUNNING) { restart(); }
     if ((news & FAULTS_SPOILT) != 0U || weighing_awaits_temperature()) { distrust(); }
     if (event != FAULTS_EVENT_CONVERSION) {
@@ -274,11 +294,20 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     return true;
 }
 
+_Static_assert(offsetof(scale_t, steps) - offsetof(scale_t, step_from_mg) ==
+                       offsetof(messages_step_t, steps) &&
+                   offsetof(scale_t, step_to_mg) - offsetof(scale_t, step_from_mg) ==
+                       offsetof(messages_step_t, to_mg) &&
+                   offsetof(scale_t, net_mg) - offsetof(scale_t, zero_mg) ==
+                       offsetof(messages_weight_t, net_mg) - offsetof(messages_weight_t, zero_mg) &&
+                   offsetof(scale_t, tare_mg) - offsetof(scale_t, zero_mg) ==
+                       offsetof(messages_weight_t, tare_mg) - offsetof(messages_weight_t, zero_mg),
+               "STEP, and WEIGHT from zero to net, lie in scale_t as on the wire");
+
 bool weighing_step(messages_step_t *step, uint32_t *device_us)
 {
     if ((weighing_scale.flags & SCALE_STEPPED) == 0U) { return false; }
-    *step      = (messages_step_t){weighing_scale.step_from_mg, weighing_scale.step_to_mg,
-                                   weighing_scale.steps};
+    memcpy(step, &weighing_scale.step_from_mg, sizeof *step);
     *device_us = weighing_scale.step_us;
     return true;
 }
@@ -301,9 +330,7 @@ bool weighing_product(messages_product_t *told, uint32_t *device_us)
 
 void weighing_show(messages_weight_t *weight)
 {
-    weight->net_mg       = weighing_scale.net_mg;
-    weight->zero_mg      = weighing_scale.zero_mg;
-    weight->tare_mg      = weighing_scale.tare_mg;
+    memcpy(&weight->zero_mg, &weighing_scale.zero_mg, 3U * sizeof weight->zero_mg);
     weight->shown        = scale_shown(&weighing_scale);
     weight->unit         = setup.scale.unit;
     weight->decimals     = setup.scale.decimals;
