@@ -321,7 +321,7 @@ bool weighing_product(messages_product_t *told, uint32_t *device_us)
     told->mass_mg       = is_weighed ? checkweigher->mass_mg : 0;
     told->verdict       = is_weighed ? checkweigher->class_at : UNWEIGHED;
     told->samples       = checkweigher->samples;
-    told->weighed       = checkweigher_weighed(checkweigher);
+    told->weighed       = checkweigher->weighed;
     told->unweighed     = checkweigher->unweighed;
     told->per_minute_q8 = checkweigher_per_minute_q8(checkweigher);
     *device_us          = checkweigher->left_us;

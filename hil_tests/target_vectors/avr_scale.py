@@ -100,5 +100,5 @@ def checkweigher(core: AvrCore, rows: Iterable[tuple[int, int]]) -> list[tuple[i
 
 
 def checkweigher_outcome(core: AvrCore) -> tuple[int, ...]:
-    """Eight counts, unweighed, entered_us, left_us, per_minute_q8."""
-    return struct.unpack("<8IHIIH", core.request("W", bytes([CHECK_DONE])))
+    """weighed, unweighed, entered_us, left_us, per_minute_q8."""
+    return struct.unpack("<IHIIH", core.request("W", bytes([CHECK_DONE])))

@@ -21,7 +21,7 @@ enum {
     ASK_OUTCOME    = 8,  /* -> steps u16, step_us u32, from, to, kept i32 */
     ASK_CHECK_INIT = 9,  /* checkweigher_config_t as the chip lays it out -> accepted u8 */
     ASK_CHECK      = 10, /* n x mass i32, device_us u32 -> n x event u8, weighed i32 */
-    ASK_CHECK_DONE = 11, /* -> counts 8 u32, unweighed u16, entered_us, left_us u32, pace u16 */
+    ASK_CHECK_DONE = 11, /* -> weighed u32, unweighed u16, entered_us, left_us u32, pace u16 */
     SAMPLE_BYTES   = 12,
     CHECK_BYTES    = 8,
     SAMPLES_MAX    = 14
@@ -117,12 +117,12 @@ static uint8_t done_check(uint8_t buffer[])
 {
     const uint16_t pace_q8 = checkweigher_per_minute_q8(&check);
 
-    memcpy(buffer, check.counts, sizeof check.counts);
-    memcpy(&buffer[32], &check.unweighed, 2);
-    memcpy(&buffer[34], &check.entered_us, 4);
-    memcpy(&buffer[38], &check.left_us, 4);
-    memcpy(&buffer[42], &pace_q8, 2);
-    return 44;
+    memcpy(buffer, &check.weighed, 4);
+    memcpy(&buffer[4], &check.unweighed, 2);
+    memcpy(&buffer[6], &check.entered_us, 4);
+    memcpy(&buffer[10], &check.left_us, 4);
+    memcpy(&buffer[14], &pace_q8, 2);
+    return 16;
 }
 
 uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)

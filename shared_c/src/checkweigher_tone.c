@@ -2,152 +2,151 @@
 #include "checkweigher_tone.h"
 
 #include "port_fixed.h"
+#include "port_rom.h"
 #include "port_wide.h"
 #include "scale_wide.h"
 
+#include <string.h>
+
+/* Called from several places each; gcc would copy these into them. */
+#define COMPACT __attribute__((noinline))
+
 enum {
-    PASSES      = 4,  /* of means of two: 1 4 6 4 1 in all */
-    SPREAD_BITS = 12, /* of the smoothed about their mean: 26 squares stay below 2^29 */
-    TONE_SHIFT  = 4,  /* 1/g is below 2^4 */
-    UNITS_SHIFT = 8   /* a unit in Q8 */
+    PASSES     = 4, /* of means of two: 1 4 6 4 1 in all */
+    EDGES      = PASSES + 2,
+    LEVEL      = 1 << 14, /* the largest is brought to at least this, */
+    LEVEL_DOWN = 3,       /* and all down again, so that 26 products stay below 2^31 */
+    TONE_SHIFT = 4,       /* 1/g is below 2^4 */
+    HALVES     = 15       /* Q16 of the smoothed to half units, where up is LEVEL_DOWN */
 };
 
-/* Moments of the smoothed, about their means: x itself, its second difference v, its first d. */
-enum { UU, UV, UD, VD, DD, MOMENTS };
+/* Over the inner smoothed: moments of x itself, its second difference v and its first d; sums of v
+ * and d, Q16; of Cramer's rule the determinant, g times it and -b times it; and what the tone has
+ * put into the sum of x, times g times the determinant. */
+enum { UV, UU, DD, VD, UD, MOMENTS, V = MOMENTS, D, DET, G, B, TOP };
 
-static int32_t product(int16_t a, int16_t b)
+/* Products of the sums of v and d: what of the moments DD and VD is not about the means. */
+static PORT_ROM const uint8_t of_means[][2] = {{D, D}, {V, D}};
+
+/* Each of the last four is a difference of two products. */
+static PORT_ROM const uint8_t solution[][4] = {
+    {UU, DD, UD, UD}, {VD, UD, UV, DD}, {VD, UU, UV, UD}, {V, DET, D, B}};
+
+/* a * b / 2^32, half up. A negative one counts as 2^32 more, which is taken off again. */
+static COMPACT int32_t share_of(int32_t a, int32_t b)
 {
-    return (int32_t)a * b;
+    uint32_t share = port_wide_high((uint32_t)a, (uint32_t)b);
+
+    if (a < 0) { share -= (uint32_t)b; }
+    if (b < 0) { share -= (uint32_t)a; }
+    return (int32_t)share;
 }
 
-static uint32_t size_of(int32_t value)
+/* The product of the two that factors names, over 2^32. */
+static COMPACT int32_t product(const int32_t sums[], const uint8_t *factors)
 {
-    return value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
+    return share_of(sums[port_rom_u8(&factors[0])], sums[port_rom_u8(&factors[1])]);
 }
 
-/* a * b / 2^32, rounded half away from 0. */
-static int32_t share_of(int32_t a, uint32_t b)
+static uint8_t inner(const checkweigher_t *checkweigher)
 {
-    const int32_t share = (int32_t)port_wide_high(size_of(a), b);
-
-    return a < 0 ? -share : share;
+    return (uint8_t)(checkweigher->samples - EDGES);
 }
 
-bool checkweigher_tone_smooth(int16_t off[], uint8_t len)
+/* The inner smoothed's share of their sum. */
+static COMPACT int32_t mean_of(const checkweigher_t *checkweigher, int32_t sum)
 {
-    for (uint8_t at = 0U; at != len; ++at) {
-        if (off[at] == CHECKWEIGHER_OFF_MAX) { return false; }
-    }
+    return share_of(sum, (int32_t)scale_wide_ratio(1U, inner(checkweigher)));
+}
+
+COMPACT void checkweigher_tone_smooth(checkweigher_t *checkweigher)
+{
+    uint8_t len = checkweigher->samples;
+
     /* Means of two, four times over; halves go down and up in turn. */
     for (uint8_t pass = 0U; pass != PASSES; ++pass) {
-        const int16_t half = (int16_t)(pass & 1U);
+        int16_t *z = checkweigher->off;
         --len;
-        for (uint8_t at = 0U; at != len; ++at) { /* sums stay within 2 (2^14 - 1) + 1 */
-            off[at] = (int16_t)((int16_t)(off[at] + off[at + 1U] + half) >> 1);
+        for (uint8_t left = len; left != 0U; --left, ++z) { /* sums stay within 2^15 - 1 */
+            *z = (int16_t)((int16_t)(z[0] + z[1] + (pass & 1)) >> 1);
         }
     }
-    return true;
 }
 
-static int32_t dot(const int16_t a[], const int16_t b[], uint8_t count)
+COMPACT void checkweigher_tone_level(checkweigher_t *checkweigher)
 {
-    int32_t sum = 0;
-
-    for (; count != 0U; --count) { sum += port_mul_i16(*a++, *b++); }
-    return sum;
-}
-
-void checkweigher_tone_sum(checkweigher_sums_t *sums, int16_t smooth[], uint8_t len)
-{
-    const uint8_t count = (uint8_t)(len - 2U);
-    int16_t       least = smooth[0], most = smooth[0];
+    const uint8_t count = inner(checkweigher);
+    int16_t      *z     = checkweigher->off;
     int32_t       sum   = 0;
-    uint8_t       shift = 0U;
+    uint16_t      any   = 1U; /* bits in use */
+    uint8_t       up    = 0U;
 
-    for (uint8_t at = 1U; at != len; ++at) {
-        const int16_t z = smooth[at];
-        if (z < least) { least = z; }
-        if (z > most) { most = z; }
-        if (at <= count) { sum += z; }
+    for (uint8_t left = count; left != 0U; --left) { sum += *++z; }
+    checkweigher->sum  = sum;
+    const int16_t mean = (int16_t)mean_of(checkweigher, sum);
+    z                  = checkweigher->off;
+    for (uint8_t left = (uint8_t)(count + 2U); left != 0U; --left, ++z) {
+        *z = (int16_t)(*z - mean); /* |.| < 2^15: sums of z weigh each first mass once */
+        any |= (uint16_t)(*z < 0 ? ~*z : *z);
     }
-    const uint32_t over_count = scale_wide_ratio(1U, count);
-    for (uint16_t spread = (uint16_t)(most - least); spread >= 1U << SPREAD_BITS; spread >>= 1) {
-        ++shift; /* <= 3 */
+    for (; any < LEVEL; any = (uint16_t)(any << 1)) { ++up; }
+    checkweigher->up = up;
+    while (z != checkweigher->off) {
+        --z;
+        *z = (int16_t)((int16_t)((uint16_t)*z << up) >> LEVEL_DOWN); /* |.| <= 2^12 */
     }
-    /* half a step of the shift goes into the mean, so that each shift rounds */
-    const int16_t mean = (int16_t)(share_of(sum, over_count) - (int16_t)((1U << shift) >> 1));
-    for (uint8_t at = 0U; at != len; ++at) {
-        smooth[at] = (int16_t)((int16_t)(smooth[at] - mean) >> shift); /* |.| <= 2^12 */
-    }
-    const int16_t *const z = smooth;
-    *sums                  = (checkweigher_sums_t){
-                         .sum        = sum,
-                         .square     = dot(&z[1], &z[1], count), /* each |.| <= 26 * 2^24 < 2^29 */
-                         .neighbour  = dot(&z[1], &z[2], count),
-                         .across     = dot(&z[0], &z[2], count),
-                         .first      = {z[0], z[1]},
-                         .last       = {z[count], z[count + 1U]},
-                         .least      = least,
-                         .most       = most,
-                         .over_count = over_count,
-                         .count      = count,
-                         .shift      = shift,
-    };
 }
 
-/* All halved together until 16 bits hold them. */
-static void moments(const checkweigher_sums_t *sums, int16_t sum_v, int16_t sum_d,
-                    int16_t small[MOMENTS])
+static COMPACT int32_t *add_product(int32_t *sum, int16_t a, int16_t b)
 {
-    const int16_t z0 = sums->first[0], z1 = sums->first[1];
-    const int16_t y0 = sums->last[0], y1 = sums->last[1];
-    int32_t       all[MOMENTS]; /* each |.| < 2^31 */
-    uint32_t      any   = 0U;
-    uint8_t       shift = 0U;
-
-    all[UU] = sums->square;
-    all[UD] = product(y0, y1) - product(z0, z1);
-    all[UV] = 2 * (sums->neighbour - sums->square) - all[UD];
-    all[VD] = product(sum_v, (int16_t)(y1 - y0 + z1 - z0)) -
-              share_of(product(sum_d, sum_v), sums->over_count);
-    all[DD] = 2 * (sums->square - sums->across) + product((int16_t)(y1 + y0), (int16_t)(y1 - y0)) -
-              product((int16_t)(z1 + z0), (int16_t)(z1 - z0)) -
-              share_of(product(sum_d, sum_d), sums->over_count);
-    for (uint8_t at = 0U; at != MOMENTS; ++at) { any |= size_of(all[at]); }
-    for (; any >= 1UL << 15; any >>= 1) { ++shift; }
-    for (uint8_t at = 0U; at != MOMENTS; ++at) { small[at] = (int16_t)(all[at] >> shift); }
+    *sum += port_mul_i16(a, b);
+    return sum + 1;
 }
 
-/* What the tone has put into sum: -(sum of x - weight), by the mean of its equation. */
-static int32_t tone_share(const checkweigher_sums_t *sums)
+COMPACT void checkweigher_tone_correlate(checkweigher_t *checkweigher)
 {
-    const int16_t rise_z = (int16_t)(sums->first[1] - sums->first[0]);
-    const int16_t rise_y = (int16_t)(sums->last[1] - sums->last[0]);
-    const int16_t sum_v  = (int16_t)(rise_y - rise_z); /* |.| <= 2^14 */
-    const int16_t sum_d  = (int16_t)(rise_y + rise_z + 2 * (sums->last[0] - sums->first[1]));
-    int16_t       m[MOMENTS]; /* |.| <= 2^15, uu and dd below it */
+    const int16_t *z     = checkweigher->off;
+    int16_t        sum_v = 0, sum_d = 0; /* |.| <= 2^14 */
+    int32_t        m[MOMENTS] = {0};
 
-    moments(sums, sum_v, sum_d, m);
-    const int32_t det = product(m[UU], m[DD]) - product(m[UD], m[UD]);
-    const int32_t g   = product(m[VD], m[UD]) - product(m[UV], m[DD]); /* g det */
-    const int32_t b   = product(m[UV], m[UD]) - product(m[VD], m[UU]); /* b det */
-    if (det < 0 || g <= det >> TONE_SHIFT) { return 0; }
-    const int32_t by_fade = share_of((int32_t)((uint32_t)(int32_t)sum_d << 16), size_of(b));
-    const int32_t by_tone = share_of((int32_t)((uint32_t)(int32_t)sum_v << 16), (uint32_t)det);
-    const int32_t top     = b < 0 ? by_tone - by_fade : by_tone + by_fade; /* |.| < 2^30 */
-    if (size_of(top) >= (uint32_t)g) { return 0; }
-    const int32_t share = (int32_t)(scale_wide_ratio(size_of(top), (uint32_t)g) >>
-                                    (16U - sums->shift));
+    for (uint8_t left = inner(checkweigher); left != 0U; --left, ++z) {
+        const int16_t u = z[1], d = (int16_t)(z[2] - z[0]), v = (int16_t)(z[2] + z[0] - 2 * u);
+        int32_t      *sum = add_product(m, u, v); /* each |.| < 2^31 */
+        sum               = add_product(sum, u, u);
+        sum               = add_product(sum, d, d);
+        add_product(sum, d, v);
+        sum_v = (int16_t)(sum_v + v);
+        sum_d = (int16_t)(sum_d + d);
+    }
+    add_product(&m[UD], z[0], z[1]); /* all products in between cancel out */
+    add_product(&m[UD], (int16_t)-checkweigher->off[0], checkweigher->off[1]);
+    memcpy(checkweigher->sums, m, sizeof m);
+    checkweigher->sums[V] = sum_v * 65536L;
+    checkweigher->sums[D] = sum_d * 65536L;
+}
+
+/* What the tone has put into sum, in half units: -(sum of x - weight), by its equation's mean. */
+static int32_t tone_share(checkweigher_t *checkweigher)
+{
+    int32_t *const m = checkweigher->sums;
+
+    for (uint8_t at = 0U; at != 2U; ++at) {
+        m[DD + at] -= mean_of(checkweigher, product(m, of_means[at]));
+    }
+    for (uint8_t at = 0U; at != sizeof solution / sizeof *solution; ++at) {
+        m[DET + at] = product(m, solution[at]) - product(m, &solution[at][2]);
+    }
+    const int32_t  top = m[TOP], g = m[G];
+    const uint32_t size = (uint32_t)(top < 0 ? -top : top);
+    if (g <= m[DET] >> TONE_SHIFT || (int32_t)size >= g) { return 0; }
+    const int32_t share = (int32_t)(scale_wide_ratio(size, (uint32_t)g) >>
+                                    (HALVES - LEVEL_DOWN + checkweigher->up));
     return top < 0 ? -share : share; /* |.| < 2^20 */
 }
 
-int32_t checkweigher_tone_solve(const checkweigher_sums_t *sums)
+COMPACT int32_t checkweigher_tone_solve(checkweigher_t *checkweigher)
 {
-    const int32_t sum   = sums->sum + tone_share(sums); /* |.| < 2^21 */
-    const int32_t found = share_of(sum * (1L << UNITS_SHIFT), sums->over_count);
-    const int32_t least = sums->least * (1L << UNITS_SHIFT);
-    const int32_t most  = sums->most * (1L << UNITS_SHIFT);
+    const int32_t share = tone_share(checkweigher);
 
-    if (found < least) { return least; }
-    return found > most ? most : found;
+    return mean_of(checkweigher, share + 2 * checkweigher->sum);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "scale_wide.h"
 
-uint32_t scale_wide_ratio(uint32_t a, uint32_t b)
+__attribute__((noinline)) uint32_t scale_wide_ratio(uint32_t a, uint32_t b)
 {
     uint32_t quotient = 0U;
 

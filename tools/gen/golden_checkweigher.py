@@ -117,7 +117,7 @@ def drafts() -> Iterator[Draft]:
                     field: " ".join(map(str, value)) if isinstance(value, list) else str(value)
                     for field, value in config.items()
                 },
-                "final_counts": " ".join(map(str, twin.counts)),
+                "final_weighed": str(twin.weighed),
                 "final_unweighed": str(twin.unweighed),
                 "final_entered_us": str(twin.entered_us),
                 "final_left_us": str(twin.left_us),

@@ -21,6 +21,10 @@ CheckweigherEvent = IntEnum(
     },
 )
 
+CLASSES_MAX: int = lib.CHECKWEIGHER_CLASSES_MAX
+SAMPLES_MIN: int = lib.CHECKWEIGHER_SAMPLES_MIN
+SAMPLES_MAX: int = lib.CHECKWEIGHER_SAMPLES_MAX
+
 
 class Checkweigher(CState):
     """Weighs, judges and counts products (checkweigher.h).
@@ -33,6 +37,11 @@ class Checkweigher(CState):
             self._config = ffi.new("checkweigher_config_t *", dict(config))
         except OverflowError as error:
             raise ValueError(f"configuration of the checkweigher: {error}") from None
+        if not (
+            1 <= self._config.classes <= CLASSES_MAX
+            and SAMPLES_MIN <= self._config.samples_min <= SAMPLES_MAX
+        ):
+            raise ValueError(f"configuration is beyond checkweigher.h: {dict(config)}")
         self._c = ffi.new("checkweigher_t *")
         if not lib.checkweigher_init(self._c, self._config):
             raise ValueError(f"configuration is beyond checkweigher.h: {dict(config)}")
@@ -42,16 +51,6 @@ class Checkweigher(CState):
         if field.startswith("_"):
             raise AttributeError(field)
         return getattr(self._c, field)
-
-    @property
-    def counts(self) -> list[int]:
-        """Products of each class."""
-        return list(self._c.counts)[: self._config.classes]
-
-    @property
-    def weighed(self) -> int:
-        """Products of all classes."""
-        return lib.checkweigher_weighed(self._c)
 
     @property
     def per_minute_q8(self) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 SAMPLES_MAX = 32
 TAPS = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 TONE_MAX = 16.0  # 1/g of a tone that is one
+BASE_MAX = 2**15 - 1  # of the first mass, in half units
 GAIN = 20.0  # of the weight by its smoothed masses, sum of magnitudes: notes/checkweigher.md
 
 
@@ -42,15 +43,15 @@ def weight_mg(masses) -> float:
     found = middle.mean()
     if g > 0 and det < TONE_MAX * g:
         found += (second.mean() * det + first.mean() * b) / g
-    return float(np.clip(found, smooth.min(), smooth.max()))
+    return float(found)
 
 
 def budget_mg(masses, base_mg: float) -> float:
     """How far checkweigher.c may be from `weight_mg` (shared_c/notes/checkweigher.md)."""
-    unit_mg = 2.0 ** max(0, int(base_mg).bit_length() - 14)
+    unit_mg = 2.0 * 2.0 ** max(0.0, np.floor(np.log2(base_mg / BASE_MAX)) + 1)
     spread_mg = np.ptp(np.convolve(np.asarray(masses, dtype=np.float64), TAPS, "valid"))
     step_mg = max(unit_mg, spread_mg / 2**11)
-    return GAIN * (unit_mg + step_mg) / 2 + 1.0
+    return GAIN * (unit_mg + step_mg) / 2 + unit_mg / 4 + 1.0
 
 
 def checkweigher(mass_mg, time_s, config: Mapping) -> list[Product]:
