@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "rate.h"
 
+#include "port_reach.h"
+
 /* No HX711 is faster than 144 Hz or slower than 9; 63 of the longest sum up to less than 2^24. */
 #define INTERVAL_MIN_US 6250UL   /* 160 Hz */
 #define INTERVAL_MAX_US 200000UL /* 5 Hz */
@@ -44,6 +46,8 @@ static bool is_possible(uint32_t interval_us)
 
 bool rate_update(rate_t *rate, uint32_t interval_us)
 {
+    rate = PORT_REACH(rate);
+
     if (!is_possible(interval_us)) { return false; }
     if (rate->period_us == 0U) {
         start_over(rate, interval_us);
