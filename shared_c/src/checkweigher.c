@@ -32,7 +32,7 @@ bool checkweigher_init(checkweigher_t *checkweigher, const checkweigher_config_t
 }
 
 /* Keep one mass of the stretch, as so many units from its first: both are above 0. */
-static COMPACT void hold(checkweigher_t *checkweigher, int32_t mass_mg)
+static void hold(checkweigher_t *checkweigher, int32_t mass_mg)
 {
     const uint8_t held = checkweigher->held;
 
@@ -75,7 +75,7 @@ static void pace(checkweigher_t *checkweigher)
     checkweigher->interval_32us = mean - (mean >> MEAN_SHIFT) + (elapsed_us >> 8);
 }
 
-static COMPACT checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t elapsed_us)
+static checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t elapsed_us)
 {
     const uint8_t len = stretch(checkweigher, elapsed_us);
 

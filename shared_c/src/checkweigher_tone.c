@@ -59,7 +59,7 @@ static COMPACT int32_t mean_of(const checkweigher_t *checkweigher, int32_t sum)
     return share_of(sum, (int32_t)scale_wide_ratio(1U, inner(checkweigher)));
 }
 
-COMPACT void checkweigher_tone_smooth(checkweigher_t *checkweigher)
+void checkweigher_tone_smooth(checkweigher_t *checkweigher)
 {
     uint8_t len = checkweigher->samples;
 
@@ -73,7 +73,7 @@ COMPACT void checkweigher_tone_smooth(checkweigher_t *checkweigher)
     }
 }
 
-COMPACT void checkweigher_tone_level(checkweigher_t *checkweigher)
+void checkweigher_tone_level(checkweigher_t *checkweigher)
 {
     const uint8_t count = inner(checkweigher);
     int16_t      *z     = checkweigher->off;
@@ -103,7 +103,7 @@ static COMPACT int32_t *add_product(int32_t *sum, int16_t a, int16_t b)
     return sum + 1;
 }
 
-COMPACT void checkweigher_tone_correlate(checkweigher_t *checkweigher)
+void checkweigher_tone_correlate(checkweigher_t *checkweigher)
 {
     const int16_t *z     = checkweigher->off;
     int16_t        sum_v = 0, sum_d = 0; /* |.| <= 2^14 */
