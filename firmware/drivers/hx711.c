@@ -64,7 +64,7 @@ static PORT_OUTLINE uint16_t coarse(uint32_t us)
     return (uint16_t)(us >> COARSE_SHIFT);
 }
 
-static void settle(chip_t *it)
+static PORT_OUTLINE void settle(chip_t *it)
 {
     it->settling_left = SETTLING_CONVERSIONS;
     if (it->extra_pulses != HX711_GAIN_128) { it->settling_left++; } /* the first sets the gain */
@@ -230,7 +230,7 @@ hx711_state_t hx711_state(void)
     return chip.state;
 }
 
-uint8_t hx711_gain(void)
+PORT_OUTLINE uint8_t hx711_gain(void)
 {
     switch (chip.extra_pulses) {
     case HX711_GAIN_32: return 32;
