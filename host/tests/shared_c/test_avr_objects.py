@@ -12,12 +12,12 @@ from tools.gen.spec import ROOT
 SHARED, PORT = ROOT / "shared_c", ROOT / "firmware" / "port"
 SOURCES = sorted([*(SHARED / "src").glob("*.c"), *(SHARED / "generated").glob("*.c")])
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror"]
-# Ours, avr-gcc's 16 x 16 and 16 x 32 products, its jump for a switch, and the start-up code that
-# fills RAM.
+# Ours, avr-libc's copies, avr-gcc's 16 x 16 and 16 x 32 products, its jump for a switch, and the
+# start-up code that fills RAM.
 LAWFUL = re.compile(
     r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|temperature)_\w+"
     r"|checkweigher_\w+|faults_\w+|settings_\w+"
-    r"|__umulhisi3|__muluhisi3|__tablejump2__|__do_copy_data|__do_clear_bss"
+    r"|__u?mulhisi3|__muluhisi3|mem(cpy|move|set)|__tablejump2__|__do_copy_data|__do_clear_bss"
 )
 
 pytestmark = pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="avr-gcc is not installed")
