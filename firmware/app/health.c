@@ -9,12 +9,17 @@ typedef struct {
 
 static health_t health;
 
-void health_note(uint16_t mask, uint16_t faults)
+__attribute__((noinline)) void health_note(uint16_t mask, uint16_t faults)
 {
     health_t *const it = PORT_REACH(&health);
 
     it->held = (uint16_t)((it->held & (uint16_t)~mask) | faults);
     it->seen |= faults;
+}
+
+void health_note_one(uint16_t fault, bool holds)
+{
+    health_note(fault, holds ? fault : 0U);
 }
 
 uint16_t health_faults(void)

@@ -6,10 +6,14 @@
 #ifndef HEALTH_H
 #define HEALTH_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Of the faults in `mask`, those in `faults` hold from now on, the others do not. */
 void health_note(uint16_t mask, uint16_t faults);
+
+/* The same of one fault. */
+void health_note_one(uint16_t fault, bool holds);
 
 uint16_t health_faults(void); /* now */
 uint16_t health_seen(void);   /* since reset */

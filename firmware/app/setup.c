@@ -10,8 +10,7 @@ settings_t setup;
 
 static void note_lost(bool is_lost)
 {
-    health_note(MESSAGES_FAULT_FLAG_SETTINGS_LOST,
-                is_lost ? MESSAGES_FAULT_FLAG_SETTINGS_LOST : 0U);
+    health_note_one(MESSAGES_FAULT_FLAG_SETTINGS_LOST, is_lost);
 }
 
 void setup_init(void)

@@ -6,6 +6,7 @@
 #include "health.h"
 #include "hx711.h"
 #include "idle.h"
+#include "port_reach.h"
 #include "port_wide.h"
 #include "scale_wide.h"
 #include "setup.h"
@@ -69,28 +70,30 @@ _Static_assert(sizeof(hx711_counters_t) == offsetof(messages_status_t, conversio
                        offsetof(weighing_counters_t, kf_clipped),
                "STATUS");
 
-static uint8_t  stream_mask;
-static uint8_t  text_mode;     /* 0 or 1 */
-static bool     line_is_dirty; /* the receiver may hold bytes that are no frame's */
-static uint8_t  sequence;
-static uint8_t  weight_flags; /* as told by the last WEIGHT */
-static bool     stream_lost;  /* in the present second something streamed did not fit */
-static uint16_t weight_256us; /* when the last WEIGHT went out */
-static uint32_t second_us;    /* start of the present second */
-static uint32_t closed_us;    /* when the last one was closed, a little after its end */
-
-/* The head of STATUS. */
-static struct {
+typedef struct {
+    /* The head of STATUS. */
     uint32_t uptime_s;
     uint16_t frames_dropped;
     uint16_t rx_bad_frames;
     uint16_t stack_free; /* as of the last second's end: counting takes too long to do on demand */
     uint16_t cpu_busy_permille; /* of the last whole second */
-} own;
+
+    uint32_t second_us;    /* start of the present second */
+    uint32_t closed_us;    /* when the last one was closed, a little after its end */
+    uint16_t weight_256us; /* when the last WEIGHT went out */
+    uint8_t  weight_flags; /* as told by it */
+    bool     stream_lost;  /* in the present second something streamed did not fit */
+} telemetry_t;
+
+static telemetry_t own;
+static uint8_t     stream_mask;
+static uint8_t     text_mode; /* 0 or 1 */
+static uint8_t     sequence;
+static bool        line_is_dirty; /* the receiver may hold bytes that are no frame's */
 
 _Static_assert(offsetof(messages_status_t, uptime_s) == 0 &&
                    offsetof(messages_status_t, cpu_busy_permille) ==
-                       offsetof(__typeof__(own), cpu_busy_permille),
+                       offsetof(telemetry_t, cpu_busy_permille),
                "STATUS begins with these");
 
 void telemetry_init(void)
@@ -107,7 +110,7 @@ static bool refuse(uint8_t len, uint8_t leave)
     const bool full = (uint16_t)len + leave > uart_write_room();
 
     if (full) { counter_add(&own.frames_dropped, 1); }
-    if (full && leave == STREAM_LEAVES) { stream_lost = true; }
+    if (full && leave == STREAM_LEAVES) { own.stream_lost = true; }
     return full;
 }
 
@@ -162,7 +165,7 @@ static COMPACT void send_status(uint8_t leave)
 {
     messages_status_t status;
 
-    memcpy(&status, &own, sizeof own);
+    memcpy(&status, &own, offsetof(telemetry_t, second_us));
     status.converter_state       = (uint8_t)hx711_state();
     status.converter_rate_hz_q16 = weighing_rate_hz_q16();
     memcpy(&status.conversions, hx711_counters(), sizeof(hx711_counters_t));
@@ -185,9 +188,9 @@ static COMPACT void stream_weight(uint32_t now_us)
     messages_weight_t weight;
 
     weighing_show(&weight);
-    weight.faults = health_faults();
-    weight_flags  = weight.weight_flags;
-    weight_256us  = (uint16_t)(now_us >> 8);
+    weight.faults    = health_faults();
+    own.weight_flags = weight.weight_flags;
+    own.weight_256us = (uint16_t)(now_us >> 8);
     stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight, sizeof weight);
 }
 
@@ -223,36 +226,37 @@ void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
         return;
     }
     stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample, sizeof *sample);
-    if (sample->weight_flags != weight_flags) { stream_weight(device_us); }
+    if (sample->weight_flags != own.weight_flags) { stream_weight(device_us); }
     stream_events();
 }
 
-static void close_second(uint32_t elapsed_us)
+static void close_second(telemetry_t *it, uint32_t elapsed_us)
 {
     const uint32_t slept_us = idle_take_slept_ticks() / 2U; /* ticks of 0.5 us */
     const uint32_t busy_us  = slept_us < elapsed_us ? elapsed_us - slept_us : 0U;
 
     /* busy / elapsed as a fraction in Q32, times 1000 */
-    own.cpu_busy_permille = (uint16_t)port_wide_high(scale_wide_ratio(busy_us, elapsed_us), 1000U);
-    own.stack_free        = stack_free_bytes();
-    own.uptime_s++; /* for 136 years */
-    health_note(MESSAGES_FAULT_FLAG_TELEMETRY_LOST,
-                stream_lost ? MESSAGES_FAULT_FLAG_TELEMETRY_LOST : 0U);
-    stream_lost = false;
+    it->cpu_busy_permille = (uint16_t)port_wide_high(scale_wide_ratio(busy_us, elapsed_us), 1000U);
+    it->stack_free        = stack_free_bytes();
+    it->uptime_s++; /* for 136 years */
+    health_note_one(MESSAGES_FAULT_FLAG_TELEMETRY_LOST, it->stream_lost);
+    it->stream_lost = false;
 }
 
 /* Whole, for the tests that hold the main loop up break in here. */
 COMPACT void telemetry_tick(uint32_t now_us)
 {
-    if (now_us - second_us >= SECOND_US) {
-        second_us += SECOND_US;
-        close_second(now_us - closed_us);
-        closed_us = now_us;
+    telemetry_t *const it = PORT_REACH(&own);
+
+    if (now_us - it->second_us >= SECOND_US) {
+        it->second_us += SECOND_US;
+        close_second(it, now_us - it->closed_us);
+        it->closed_us = now_us;
         if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && text_mode == 0U) {
             send_status(STREAM_LEAVES);
         }
     }
-    if ((uint16_t)((uint16_t)(now_us >> 8) - weight_256us) >= WEIGHT_256US) {
+    if ((uint16_t)((uint16_t)(now_us >> 8) - it->weight_256us) >= WEIGHT_256US) {
         stream_weight(now_us);
     }
 

@@ -6,6 +6,7 @@
 #include "fir.h"
 #include "fir_designs.h"
 #include "health.h"
+#include "port_reach.h"
 #include "rate.h"
 #include "setup.h"
 #include "temperature.h"
@@ -74,11 +75,16 @@ static checkweigher_event_t product;    /* what the last sample meant to the che
 static uint8_t              ringing;    /* while not 0, noise may be a product's */
 static bool                 is_missing; /* the thermometer does not answer */
 static weighing_counters_t  counters;
-static bool                 primed;   /* the filters hold a run of samples */
-static bool                 has_beat; /* previous_us is of the conversion just before */
-static uint32_t             previous_us;
-static bool                 gap;          /* conversions are missing before the next sample */
-static uint16_t             missed_total; /* modulo 65536, unlike the counter */
+static bool                 primed; /* the filters hold a run of samples */
+
+typedef struct {
+    uint32_t previous_us;
+    uint16_t missed_total; /* modulo 65536, unlike the counter */
+    bool     has_beat;     /* previous_us is of the conversion just before */
+    bool     gap;          /* conversions are missing before the next sample */
+} beat_t;
+
+static beat_t beat;
 
 /* No weight until what comes now has settled. */
 static COMPACT void distrust(void)
@@ -93,8 +99,10 @@ static COMPACT void restart(void)
     distrust();
 }
 
-COMPACT scale_status_t weighing_renew(int32_t zero_mg, int32_t tare_mg, bool firm)
+COMPACT scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool firm)
 {
+    /* They may be the scale's own, which begins without. */
+    const int32_t        zero_mg = zero_and_tare_mg[0], tare_mg = zero_and_tare_mg[1];
     const scale_status_t status = scale_init(&weighing_scale, &setup.scale);
 
     if (status == SCALE_OK) { scale_resume(&weighing_scale, zero_mg, tare_mg, firm); }
@@ -126,8 +134,7 @@ bool weighing_setup(bool running)
         faults_limit_noise(&shared.rest.faults, setup.noise_limit_counts);
         temperature_init(&shared.rest.temperature, &setup.temperature);
     }
-    if (weighing_renew(setup.zero_mg, setup.tare_mg, firm) != SCALE_OK ||
-        !weighing_renew_checkweigher()) {
+    if (weighing_renew(&setup.zero_mg, firm) != SCALE_OK || !weighing_renew_checkweigher()) {
         return false;
     }
     temperature_refresh(&shared.rest.temperature);
@@ -138,7 +145,7 @@ bool weighing_setup(bool running)
 bool weighing_setup_key(uint8_t key)
 {
     if (key < SETTINGS_KEY_CHAIN_ORDER) {
-        return weighing_renew(weighing_scale.zero_mg, weighing_scale.tare_mg, true) == SCALE_OK;
+        return weighing_renew(&weighing_scale.zero_mg, true) == SCALE_OK;
     }
     if (key < SETTINGS_KEY_STREAM_MASK) {
         renew_chain();
@@ -151,20 +158,20 @@ bool weighing_setup_key(uint8_t key)
 }
 
 /* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */
-static bool take_time(uint32_t device_us)
+static COMPACT bool take_time(uint32_t device_us)
 {
-    const uint32_t interval_us = device_us - previous_us;
-    const bool     had_beat    = has_beat;
+    const uint32_t interval_us = device_us - beat.previous_us;
+    const bool     had_beat    = beat.has_beat;
 
-    previous_us = device_us;
-    has_beat    = true;
+    beat.previous_us = device_us;
+    beat.has_beat    = true;
     if (!had_beat) { return true; }
     const bool    on_beat = rate_is_next(&shared.rest.rate, interval_us);
     const uint8_t missed  = rate_missed(&shared.rest.rate, interval_us);
     if (missed != 0U) {
         counter_add(&counters.conversions_missed, missed);
-        missed_total = (uint16_t)(missed_total + missed);
-        gap          = true;
+        beat.missed_total = (uint16_t)(beat.missed_total + missed);
+        beat.gap          = true;
     }
     if (rate_update(&shared.rest.rate, interval_us)) {
         hx711_set_period_us(rate_period_us(&shared.rest.rate));
@@ -230,8 +237,8 @@ static uint8_t sample_flags(int32_t counts)
 {
     uint8_t flags = 0;
 
-    if (gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
-    gap = false;
+    if (beat.gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
+    beat.gap = false;
     if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
         flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
         counter_add(&counters.at_rail, 1);
@@ -261,7 +268,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     faults_event_t event     = (faults_event_t)status;
 
     if (status > HX711_DROPPED) { /* there was no conversion */
-        has_beat = false;
+        beat.has_beat = false;
     } else if (!take_time(device_us)) {
         hx711_distrust();
         event = FAULTS_EVENT_OFF_BEAT;
@@ -276,7 +283,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
         return false;
     }
 
-    sample->conversion = (uint16_t)(hx711_counters()->conversions + missed_total);
+    sample->conversion = (uint16_t)(hx711_counters()->conversions + beat.missed_total);
     sample->flags      = sample_flags(conversion->counts);
     sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
@@ -314,7 +321,7 @@ bool weighing_step(messages_step_t *step, uint32_t *device_us)
 
 bool weighing_product(messages_product_t *told, uint32_t *device_us)
 {
-    const checkweigher_t *checkweigher = &weighing_beside.checkweigher;
+    const checkweigher_t *checkweigher = PORT_REACH(&weighing_beside.checkweigher);
     const bool            is_weighed   = product == CHECKWEIGHER_VERDICT;
 
     if (!is_weighed && product != CHECKWEIGHER_UNWEIGHED) { return false; }
@@ -345,9 +352,7 @@ void weighing_show(messages_weight_t *weight)
 
 static void note_thermometer(void)
 {
-    const bool is_fault = is_missing && setup.temperature.on != 0U;
-
-    health_note(MESSAGES_FAULT_FLAG_THERMOMETER, is_fault ? MESSAGES_FAULT_FLAG_THERMOMETER : 0U);
+    health_note_one(MESSAGES_FAULT_FLAG_THERMOMETER, is_missing && setup.temperature.on != 0U);
 }
 
 bool weighing_awaits_temperature(void)

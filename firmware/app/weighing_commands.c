@@ -4,6 +4,7 @@
 #include "weighing_internal.h"
 
 #include <avr/pgmspace.h>
+#include <string.h>
 
 static const uint8_t results[] PROGMEM = {
     [SCALE_OK]           = MESSAGES_RESULT_OK,
@@ -29,8 +30,7 @@ static uint8_t result_of(scale_status_t status)
 static COMPACT uint8_t remember(scale_status_t status)
 {
     if (status == SCALE_OK) {
-        setup.zero_mg = weighing_scale.zero_mg;
-        setup.tare_mg = weighing_scale.tare_mg;
+        memcpy(&setup.zero_mg, &weighing_scale.zero_mg, 2U * sizeof setup.zero_mg);
         setup_save();
     }
     return result_of(status);
@@ -105,7 +105,8 @@ uint8_t weighing_calibrate_abort(void)
 uint8_t weighing_calibrate_end(void)
 {
     calibration_swap(&weighing_beside.calibration, &setup.scale);
-    const scale_status_t status = weighing_renew(0, 0, true);
+    static const int32_t none_mg[2];
+    const scale_status_t status = weighing_renew(none_mg, true);
 
     if (status != SCALE_OK) {
         calibration_swap(&weighing_beside.calibration, &setup.scale);

@@ -6,8 +6,10 @@
 #include "calibration.h"
 #include "checkweigher.h"
 #include "scale.h"
+#include "settings_table.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /* Called from several places each; gcc would copy these into them. */
@@ -24,7 +26,11 @@ extern bool              weighing_calibrating;    /* a calibration is under way 
 extern int32_t           weighing_last_counts_q7; /* what the chain ended with */
 
 /* The configuration in force to the scale, which goes on with that zero and tare. */
-scale_status_t weighing_renew(int32_t zero_mg, int32_t tare_mg, bool firm);
+scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool firm);
+
+_Static_assert(offsetof(scale_t, tare_mg) - offsetof(scale_t, zero_mg) == sizeof(int32_t) &&
+                   offsetof(settings_t, tare_mg) - offsetof(settings_t, zero_mg) == sizeof(int32_t),
+               "a tare stands behind its zero");
 
 /* The same to the checkweigher, which begins anew; false where it contradicts itself. */
 bool weighing_renew_checkweigher(void);
