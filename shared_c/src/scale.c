@@ -7,7 +7,10 @@
 #include "port_wide.h"
 #include "scale_wide.h"
 
-#define TRACK_US 0x40000U /* zero moves once in as long, by e/8 at most */
+enum { INITIAL_FIFTIETHS = 5 }; /* of Max, on either side */
+
+#define FINE_MAX_MG 0x7FFFFFL /* what a fine d is shown up to */
+#define TRACK_US    0x40000U  /* zero moves once in as long, by e/8 at most */
 
 /* Called from many places, or measured: kept whole. */
 #define OUTLINE __attribute__((noinline))
@@ -18,15 +21,13 @@ static OUTLINE bool within(int32_t value, int32_t bound)
     return (uint32_t)value + (uint32_t)bound <= (uint32_t)bound * 2U;
 }
 
-static OUTLINE int32_t limited(int32_t value, int32_t bound)
+/* Half away from zero. */
+static int32_t times(int32_t value, uint32_t factor_q32)
 {
-    if (value > bound) { return bound; }
-    return value < -bound ? -bound : value;
-}
+    const uint32_t size   = value < 0 ? 0U - (uint32_t)value : (uint32_t)value; /* <= 2^31 */
+    const int32_t  result = (int32_t)port_wide_high(size, factor_q32);
 
-static uint32_t magnitude(int32_t value)
-{
-    return value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
+    return value < 0 ? -result : result;
 }
 
 int32_t scale_mass(const scale_t *scale, int32_t counts_q7)
@@ -39,6 +40,12 @@ static int32_t load_of(const scale_t *scale)
     return scale->mass_mg - scale->zero_mg; /* |.| <= 2^30 + 2^26 */
 }
 
+/* Whether that is within so many fiftieths of Max. */
+static OUTLINE bool reaches(const scale_t *scale, int32_t away_mg, uint8_t fiftieths)
+{
+    return within(away_mg, scale->zero_range_mg * fiftieths);
+}
+
 static void set_zero(scale_t *scale)
 {
     scale->zero_mg = scale->mass_mg;
@@ -48,23 +55,23 @@ static void set_zero(scale_t *scale)
 /* The mass has stood within the band for long enough. */
 static OUTLINE void settle(scale_t *scale)
 {
-    scale->steady   = true;
-    scale->since_us = scale->last_us;
+    const int32_t mass_mg = scale->mass_mg, settled_mg = scale->settled_mg;
+
+    scale->steady     = true;
+    scale->settled_mg = mass_mg;
     if (!scale->settled) {
         scale->settled = true;
         if ((scale->config->options & SCALE_INITIAL_ZERO) != 0U &&
-            (scale->flags & SCALE_ZEROED) == 0U &&
-            within(scale->mass_mg, scale->zero_range_mg * 5)) {
-            scale->zero_initial_mg = scale->mass_mg;
+            (scale->flags & SCALE_ZEROED) == 0U && reaches(scale, mass_mg, INITIAL_FIFTIETHS)) {
+            scale->zero_initial_mg = mass_mg;
             set_zero(scale);
         }
-    } else if (!within(scale->mass_mg - scale->settled_mg, scale->config->step_mg)) {
-        scale->step_from_mg = scale->settled_mg - scale->zero_mg;
+    } else if (!within(mass_mg - settled_mg, scale->config->step_mg)) {
+        scale->step_from_mg = settled_mg - scale->zero_mg;
         scale->step_to_mg   = load_of(scale);
         scale->flags |= SCALE_STEPPED;
         fixed_count(&scale->steps);
     }
-    scale->settled_mg = scale->mass_mg;
 }
 
 void scale_interrupt(scale_t *scale)
@@ -81,16 +88,14 @@ void scale_interrupt(scale_t *scale)
 /* Follow a creeping zero, while stable. */
 static OUTLINE void track(scale_t *scale)
 {
-    const scale_config_t *config = scale->config;
-    const int32_t         load   = load_of(scale);
+    const int32_t e = scale->config->interval_mg, load = load_of(scale);
+    int32_t       moved_mg = load;
 
-    scale->since_us = scale->last_us;
-    if ((config->options & SCALE_TRACK_ZERO) == 0U || !within(load, config->interval_mg >> 1)) {
-        return;
-    }
-    const int32_t zero_mg = scale->zero_mg + limited(load, config->interval_mg >> 3);
-    if (within(zero_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
-        scale->zero_mg = zero_mg;
+    if (!within(load, e >> 1) || (scale->config->options & SCALE_TRACK_ZERO) == 0U) { return; }
+    if (!within(load, e >> 3)) { moved_mg = load < 0 ? -(e >> 3) : e >> 3; }
+    moved_mg += scale->zero_mg;
+    if (within(moved_mg - scale->zero_initial_mg, scale->zero_range_mg)) {
+        scale->zero_mg = moved_mg;
     }
 }
 
@@ -101,10 +106,9 @@ static OUTLINE uint8_t conclude(scale_t *scale)
     const uint32_t        stood_us = scale->last_us - scale->since_us;
     uint8_t               flags    = 0U;
 
-    if (scale->steady) {
-        if (stood_us >= TRACK_US) { track(scale); }
-    } else if (stood_us >= config->stable_us) {
-        settle(scale);
+    if (stood_us >= (scale->steady ? TRACK_US : config->stable_us)) {
+        (scale->steady ? track : settle)(scale);
+        scale->since_us = scale->last_us;
     }
     const int32_t load = load_of(scale), net = load - scale->tare_mg; /* 2^29 more */
     const int32_t e = config->interval_mg, past = load - config->max_mg;
@@ -148,7 +152,7 @@ static OUTLINE scale_status_t take_tare(scale_t *scale, int32_t tare_mg)
 
 void scale_resume(scale_t *scale, int32_t zero_mg, int32_t tare_mg, bool firm)
 {
-    if (within(zero_mg, scale->zero_range_mg * 6)) {
+    if (reaches(scale, zero_mg, INITIAL_FIFTIETHS + 1U)) {
         scale->zero_initial_mg = zero_mg;
         scale->zero_mg         = zero_mg;
     }
@@ -201,22 +205,19 @@ scale_status_t scale_count_out(scale_t *scale, uint16_t pieces)
 
 int32_t scale_pieces(const scale_t *scale)
 {
-    const int32_t net    = scale->net_mg;
-    const int32_t pieces = (int32_t)port_wide_high(magnitude(net),
-                                                   scale->per_piece_q32); /* <= 2^30 */
-
-    return net < 0 ? -pieces : pieces;
+    return times(scale->net_mg, scale->per_piece_q32); /* |.| <= 2^30 */
 }
 
 /* Held against flicker. */
 int32_t scale_shown(scale_t *scale)
 {
-    const int32_t mass_mg = scale->show == SCALE_SHOW_LIVE ? scale->net_mg : scale->kept_mg;
-    uint32_t      size    = magnitude(mass_mg); /* <= 2^31 */
+    int32_t mass_mg = scale->show == SCALE_SHOW_LIVE ? scale->net_mg : scale->kept_mg;
 
-    if (scale->fine) { size = size > 0x7FFFFFU ? 0x7FFFFF00U : size << 8; }
-    int32_t exact_q8 = (int32_t)port_wide_high(size, scale->per_division);
-    if (mass_mg < 0) { exact_q8 = -exact_q8; }
+    if (scale->fine) {
+        if (!within(mass_mg, FINE_MAX_MG)) { mass_mg = mass_mg < 0 ? -FINE_MAX_MG : FINE_MAX_MG; }
+        mass_mg *= 256;
+    }
+    const int32_t exact_q8 = times(mass_mg, scale->per_division);
 
     /* Both are below 2^31 - 127, so that no true distance comes round modulo 2^32. */
     const uint32_t off_q8 = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);
