@@ -142,7 +142,7 @@ bool weighing_setup(bool running)
     return true;
 }
 
-bool weighing_setup_key(uint8_t key)
+COMPACT bool weighing_setup_key(uint8_t key)
 {
     if (key < SETTINGS_KEY_CHAIN_ORDER) {
         return weighing_renew(&weighing_scale.zero_mg, true) == SCALE_OK;
@@ -213,6 +213,11 @@ static COMPACT int32_t run_kf(int32_t counts)
     return shared.rest.kf.constant.estimate_counts_q7;
 }
 
+static COMPACT int32_t q7_of(int32_t counts)
+{
+    return counts * ONE_Q7;
+}
+
 static void filter(messages_sample_t *sample)
 {
     if (!primed) {
@@ -228,7 +233,7 @@ static void filter(messages_sample_t *sample)
         /* Half up, <= 2^23 - 1 as the estimate is at most that. */
         const int32_t estimate_counts = (sample->kf_counts_q7 + HALF_Q7) >> WEIGHT_KF_FRACTION_BITS;
         sample->fir_counts            = run_fir(estimate_counts);
-        weighing_last_counts_q7       = sample->fir_counts * ONE_Q7;
+        weighing_last_counts_q7       = q7_of(sample->fir_counts);
     }
     primed = true;
 }
@@ -287,7 +292,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     sample->flags      = sample_flags(conversion->counts);
     sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
-    const int32_t raw_q7 = sample->raw_counts * ONE_Q7;
+    const int32_t raw_q7 = q7_of(sample->raw_counts);
     sample->weight_flags = scale_update(&weighing_scale, weighing_last_counts_q7, raw_q7,
                                         device_us);
     sample->mass_mg      = weighing_scale.mass_mg;
