@@ -169,11 +169,11 @@ static uint8_t run(uint8_t id, const uint8_t payload[], uint8_t len, fields_t *f
     return refusal == MESSAGES_RESULT_OK ? act(id, fields) : refusal;
 }
 
-uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len)
+uint8_t command_run(uint8_t id, uint8_t on)
 {
     fields_t fields;
 
-    return run(id, payload, len, &fields);
+    return run(id, &on, id == MESSAGES_SET_TEXT_MODE_ID ? 1U : 0U, &fields);
 }
 
 void command_acknowledge(uint8_t id, uint8_t sequence, uint8_t result)

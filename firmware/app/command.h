@@ -19,8 +19,9 @@ void command_init(void);
 /* Take one received byte and act on what it completes. */
 void command_receive(uint8_t byte);
 
-/* Do what a frame of this command would, answers left out; MESSAGES_RESULT_... */
-uint8_t command_run(uint8_t id, const uint8_t payload[], uint8_t len);
+/* Do what a frame of this command would, answers left out; MESSAGES_RESULT_... `on` is the payload
+ * of SET_TEXT_MODE; there is no other command with a payload among them. */
+uint8_t command_run(uint8_t id, uint8_t on);
 
 /* Answer it: by an ACK, and HELLO and STATUS where those were asked for. */
 void command_acknowledge(uint8_t id, uint8_t sequence, uint8_t result);

@@ -20,9 +20,9 @@
 #define WORDS " (text frames tare clear zero info)"
 
 /* Numbers that are known to the preprocessor cost no code. */
-#define TEXT_OF_ITS(name) #name
-#define TEXT_OF(number)   TEXT_OF_ITS(number)
-#define VERSION           TEXT_OF(VERSION_MAJOR) "." TEXT_OF(VERSION_MINOR) "." TEXT_OF(VERSION_PATCH)
+#define QUOTED(name) #name
+#define TEXT(number) QUOTED(number)
+#define VERSION      TEXT(VERSION_MAJOR) "." TEXT(VERSION_MINOR) "." TEXT(VERSION_PATCH)
 
 enum { MILLI_DECIMALS = 3, DIGITS_MAX = 10 };
 
@@ -84,7 +84,7 @@ void text_sample(const messages_sample_t *sample)
 
 void text_version(void)
 {
-    put_form(PSTR("# Terazi v" VERSION " build=" TEXT_OF(VERSION_BUILD) WORDS "\r\n"), NULL);
+    put_form(PSTR("# Terazi v" VERSION " build=" TEXT(VERSION_BUILD) WORDS "\r\n"), NULL);
 }
 
 void text_converter(uint8_t gain, uint32_t rate_hz_q16)

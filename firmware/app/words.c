@@ -49,11 +49,10 @@ static uint8_t look_up(uint8_t *payload)
 
 static void run_word(void)
 {
-    uint8_t       payload = 0;
-    const uint8_t id      = look_up(&payload);
-    const uint8_t len     = id == MESSAGES_SET_TEXT_MODE_ID ? MESSAGES_SET_TEXT_MODE_LEN : 0U;
+    uint8_t       on = 0;
+    const uint8_t id = look_up(&on);
 
-    const uint8_t result = command_run(id, &payload, len);
+    const uint8_t result = command_run(id, on);
 
     if (id == 0U) { telemetry_count_bad_rx(); }
     if (!telemetry_text_mode()) {
