@@ -95,6 +95,7 @@ _Static_assert(offsetof(messages_status_t, uptime_s) == 0 &&
                    offsetof(messages_status_t, cpu_busy_permille) ==
                        offsetof(telemetry_t, cpu_busy_permille),
                "STATUS begins with these");
+_Static_assert(offsetof(telemetry_t, second_us) == 12, "hil_tests set the clock");
 
 void telemetry_init(void)
 {

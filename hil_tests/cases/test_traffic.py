@@ -18,6 +18,8 @@ from terazi.link.generated.messages import (
 )
 
 HX711_COARSE_SHIFT = 10  # of firmware/drivers/hx711.c
+OWN_SECOND_US = 12  # where telemetry.c keeps its two times, behind the head of STATUS
+CHIP_WAITING_SINCE = 14  # where hx711.c keeps it, behind its counters and two times
 LINE_BYTES_S = 11_520  # 115200 baud, 10 bits each
 
 
@@ -115,9 +117,10 @@ def test_the_device_clock_wraps_without_a_stir(uno):
     before_wrap_us = 2**32 - 62 * 32768
     coarse = before_wrap_us >> HX711_COARSE_SHIFT & 0xFFFF
     uno.link.hello()
-    for name in ("overflow_us", "second_us", "closed_us"):
-        virtual.poke(virtual.symbol(name), before_wrap_us.to_bytes(4, "little"))
-    virtual.poke(virtual.symbol("waiting_since"), coarse.to_bytes(2, "little"))
+    wrap = before_wrap_us.to_bytes(4, "little")
+    virtual.poke(virtual.symbol("overflow_us"), wrap)
+    virtual.poke(virtual.symbol("own") + OWN_SECOND_US, wrap + wrap)  # and closed_us
+    virtual.poke(virtual.symbol("chip") + CHIP_WAITING_SINCE, coarse.to_bytes(2, "little"))
     received = uno.samples(320)
     stamps_us = [one.device_us for one in received]
     assert stamps_us[0] % 2**32 > 2**31 > stamps_us[-1] % 2**32
