@@ -107,7 +107,11 @@ static OUTLINE uint8_t conclude(scale_t *scale)
     uint8_t               flags    = 0U;
 
     if (stood_us >= (scale->steady ? TRACK_US : config->stable_us)) {
-        (scale->steady ? track : settle)(scale);
+        if (scale->steady) { /* not by a pointer: the worst stack could not be known */
+            track(scale);
+        } else {
+            settle(scale);
+        }
         scale->since_us = scale->last_us;
     }
     const int32_t load = load_of(scale), net = load - scale->tare_mg; /* 2^29 more */
