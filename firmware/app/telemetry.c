@@ -157,7 +157,7 @@ COMPACT void telemetry_hello(void)
                                     .kf_schedule           = WEIGHING_KF_SCHEDULE,
                                     .converter_rate_hz_q16 = weighing_rate_hz_q16(),
                                     .chain_order           = setup.chain_order,
-                                    .kf_kind               = setup.kf_kind};
+                                    .kf_kind               = MESSAGES_KF_KIND_ADAPTIVE};
 
     telemetry_answer(MESSAGES_HELLO_ID, &hello, sizeof hello);
 }

@@ -15,7 +15,6 @@
 #include "weight_kf.h"
 #include "weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
-#include "weight_kf_gains.h"
 #include <stddef.h>
 #include <string.h>
 
@@ -47,14 +46,11 @@ _Static_assert((int)SCALE_STABLE == (int)MESSAGES_WEIGHT_FLAG_STABLE &&
 /* A window has room for twice the taps of this design, so long as its configuration is a copy: the
  * rest of it serves for what else there is (fir.h, Two ways). */
 typedef struct {
-    uint8_t taken[offsetof(fir_t, window) + FIR_SAMPLE_BYTES * WEIGHING_FIR_TAPS];
-    union {
-        weight_kf_t          constant;
-        weight_kf_adaptive_t adaptive;
-    } kf; /* as kf_kind says */
-    faults_t      faults;
-    temperature_t temperature;
-    rate_t        rate;
+    uint8_t              taken[offsetof(fir_t, window) + FIR_SAMPLE_BYTES * WEIGHING_FIR_TAPS];
+    weight_kf_adaptive_t kf;
+    faults_t             faults;
+    temperature_t        temperature;
+    rate_t               rate;
 } rest_t;
 
 static union {
@@ -66,7 +62,6 @@ _Static_assert(sizeof(rest_t) <= sizeof(fir_t), "it fits in the window");
 
 static fir_config_t         design;
 static uint8_t              chain_order; /* MESSAGES_CHAIN_ORDER_..., of the run under way */
-static uint8_t              kf_kind;     /* MESSAGES_KF_KIND_..., of the run under way */
 scale_t                     weighing_scale;
 weighing_beside_t           weighing_beside;
 bool                        weighing_calibrating;
@@ -199,18 +194,12 @@ static COMPACT int32_t run_fir(int32_t counts)
 
 static COMPACT int32_t run_kf(int32_t counts)
 {
-    if (kf_kind == MESSAGES_KF_KIND_ADAPTIVE) {
-        if (!primed) {
-            weight_kf_adaptive_init(&shared.rest.kf.adaptive, &weight_kf_adaptive_default, counts);
-        }
-        weight_kf_adaptive_update(&shared.rest.kf.adaptive, counts);
-        gather(&counters.kf_clipped, &shared.rest.kf.adaptive.clipped);
-        return shared.rest.kf.adaptive.estimate_counts_q7;
-    }
-    if (!primed) { weight_kf_init(&shared.rest.kf.constant, &weight_kf_default, counts); }
-    weight_kf_update(&shared.rest.kf.constant, counts);
-    gather(&counters.kf_clipped, &shared.rest.kf.constant.clipped);
-    return shared.rest.kf.constant.estimate_counts_q7;
+    weight_kf_adaptive_t *const kf = &shared.rest.kf;
+
+    if (!primed) { weight_kf_adaptive_init(kf, &weight_kf_adaptive_default, counts); }
+    weight_kf_adaptive_update(kf, counts);
+    gather(&counters.kf_clipped, &kf->clipped);
+    return kf->estimate_counts_q7;
 }
 
 static COMPACT int32_t q7_of(int32_t counts)
@@ -220,10 +209,7 @@ static COMPACT int32_t q7_of(int32_t counts)
 
 static void filter(messages_sample_t *sample)
 {
-    if (!primed) {
-        chain_order = setup.chain_order;
-        kf_kind     = setup.kf_kind;
-    }
+    if (!primed) { chain_order = setup.chain_order; }
     if (chain_order == MESSAGES_CHAIN_ORDER_FIR_KF) {
         sample->fir_counts      = run_fir(sample->raw_counts);
         sample->kf_counts_q7    = run_kf(sample->fir_counts);

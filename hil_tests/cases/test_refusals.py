@@ -97,7 +97,7 @@ BY_THE_COMMAND = [
     (SetSetting(KEYS, 0), Result.NOTHING_THERE),
     (SetSetting(SettingKey.SCALE_MAX_MG, 0), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.SCALE_MAX_MG, I32_MIN), Result.OUT_OF_RANGE),
-    (SetSetting(SettingKey.CHAIN_KF_KIND, 2), Result.OUT_OF_RANGE),
+    (SetSetting(SettingKey.CHAIN_ORDER, 2), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.CHAIN_GAIN, 0), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.SCALE_DIGIT, 3), Result.CONTRADICTS),
     (SetSetting(SettingKey.SCALE_INTERVAL_MG, 400_000), Result.CONTRADICTS),

@@ -263,9 +263,6 @@ class Commands:
         if setting.full_name == "chain.order":
             self.order = wire.ChainOrder(value)
             self.prime()
-        if setting.full_name == "chain.kf_kind":
-            self.kf_kind = wire.KfKind(value)
-            self.prime()
 
     def _save(self) -> None:
         self._written_us = self.device_us + WRITING_US

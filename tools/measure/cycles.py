@@ -25,7 +25,6 @@ from terazi.link.generated.messages import (
     GetInfo,
     GetPoint,
     GetSetting,
-    KfKind,
     ResetCounts,
     ResetSettings,
     ResetWhat,
@@ -88,7 +87,6 @@ def stream_text(uno: Uno) -> None:
 
 COMMANDS = [
     GetInfo(),
-    SetSetting(SettingKey.CHAIN_KF_KIND, KfKind.CONSTANT),
     SetSetting(SettingKey.SCALE_UNIT, Unit.KG),
     SetSetting(SettingKey.SCALE_DECIMALS, 3),
     SetSetting(SettingKey.CHECKWEIGHER_ON, 1),

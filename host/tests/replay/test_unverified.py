@@ -5,7 +5,15 @@ import pytest
 
 from host.tests.captures import CaptureMaker
 from terazi.errors import FingerprintMismatch
-from terazi.link.generated.messages import FINGERPRINT, Ack, KfKind, ResetSettings, Result, Setting
+from terazi.link.generated.messages import (
+    FINGERPRINT,
+    Ack,
+    ChainOrder,
+    KfKind,
+    ResetSettings,
+    Result,
+    Setting,
+)
 from terazi.link.generated.settings import SettingKey
 from terazi.recorder import load_recording
 from terazi.replay import replay
@@ -49,11 +57,11 @@ def test_a_constant_filter_joined_in_mid_stream_is_named_until_its_gain_stands(t
 
 def test_a_filter_set_by_key_is_followed_from_there(maker):
     maker.hello().samples(200)
-    maker.chain.kf_kind = KfKind.CONSTANT
-    maker.say(Setting(SettingKey.CHAIN_KF_KIND, KfKind.CONSTANT))
+    maker.chain.order = ChainOrder.KF_FIR
+    maker.say(Setting(SettingKey.CHAIN_ORDER, ChainOrder.KF_FIR))
     result = replay(load_recording(maker.samples(200, restart=True).end()))
     assert result.agrees
-    assert result.chains == ["fir_kf, adaptive", "fir_kf, constant"]
+    assert result.chains == ["fir_kf, adaptive", "kf_fir, adaptive"]
 
 
 def test_after_a_reset_of_settings_nothing_is_certain_until_it_is_told(maker):

@@ -42,7 +42,7 @@ def test_what_a_device_exports_changes_nothing_in_it(bench):
 def test_an_export_makes_another_device_alike(bench):
     changes = {"scale.max_mg": 60_000, "scale.interval_mg": 20, "checkweigher.on": 0}
     changes |= {"scale.stable_band_mg": 10, "scale.under_mg": 400, "scale.step_mg": 40}
-    changes |= {"scale.decimals": 2, "scale.digit": 2, "chain.kf_kind": 0}
+    changes |= {"scale.decimals": 2, "scale.digit": 2, "chain.order": 1}
     apply_file(Balance(bench.link), SettingsFile(changes, POINTS))
     exported = render_settings(read_device(bench.link))
     other = Bench()

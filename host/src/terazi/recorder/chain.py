@@ -50,8 +50,6 @@ def chain_of(recording: Recording) -> Chain:
             is_certain[at:] = True
         elif isinstance(message, Setting) and message.key == SettingKey.CHAIN_ORDER:
             order[at:] = message.value
-        elif isinstance(message, Setting) and message.key == SettingKey.CHAIN_KF_KIND:
-            kf_kind[at:] = message.value
         elif isinstance(message, Ack) and (message.command, message.result) == (
             ResetSettings.ID,
             Result.OK,
