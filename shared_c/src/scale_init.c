@@ -95,10 +95,9 @@ static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
 /* 1/d in 1/mg, in Q40, or in Q32 where d is fine; 0 where the configuration allows none. */
 static uint32_t divide_display(const scale_config_t *config, bool *fine)
 {
-    const uint8_t   digit  = config->digit;
-    const uint8_t   parts  = digit == 1U ? 10U : digit == 2U ? 5U : digit == 5U ? 2U : 0U;
-    const uint16_t *entry  = scale_unit_reciprocals[config->unit];
-    uint32_t        factor = parts;
+    const uint8_t digit  = config->digit;
+    const uint8_t parts  = digit == 1U ? 10U : digit == 2U ? 5U : digit == 5U ? 2U : 0U;
+    uint32_t      factor = parts;
 
     if (config->unit >= SCALE_UNIT_COUNT || config->decimals > SCALE_DECIMALS_MAX || parts == 0U ||
         config->hysteresis_q8 > 127U) {
@@ -107,7 +106,8 @@ static uint32_t divide_display(const scale_config_t *config, bool *fine)
     for (uint8_t decimal = config->decimals; decimal != 0U; --decimal) {
         factor = (factor << 3) + (factor << 1); /* <= 10^7 */
     }
-    const uint32_t mantissa = (uint32_t)port_rom_u16(&entry[0]) << 16 | port_rom_u16(&entry[1]);
+    const uint16_t *entry    = scale_unit_reciprocals[config->unit];
+    const uint32_t  mantissa = (uint32_t)port_rom_u16(&entry[0]) << 16 | port_rom_u16(&entry[1]);
     for (uint8_t bits = (uint8_t)(Q_FINE - port_rom_u16(&entry[2])); bits != 0U; --bits) {
         if (factor >> 31 != 0U) { return 0U; }
         factor <<= 1;
