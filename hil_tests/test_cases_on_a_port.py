@@ -18,7 +18,7 @@ from tools.virtual_board import virtual_board
 
 HERE = Path(__file__).resolve().parent
 CHOSEN = (
-    "names_the_chain or reset_cause or get_info or takes_the_present or makes_it_weigh or rate_82 "
+    "names_the_chain or reset_cause or get_info or every_ack or makes_it_weigh or rate_82 "
     "or settling_conversions or silence or loose_contact"
 )
 

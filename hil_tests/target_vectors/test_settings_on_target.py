@@ -112,7 +112,13 @@ USED = [
 ]
 
 
-CHANGES = ((0, 3_000_000), (7, 1), (9, 5), (40, 1_000_000), (56, -321))
+CHANGES = (
+    (SettingKey.SCALE_MAX_MG, 3_000_000),
+    (SettingKey.SCALE_UNIT, 1),
+    (SettingKey.SCALE_DIGIT, 5),
+    (SettingKey.CHECKWEIGHER_SETTLE_US, 1_000_000),
+    (SettingKey.TEMPERATURE_SPAN_PPM_PER_K_Q4, -321),
+)
 
 
 def doubtful_values(cell_left: int, was: int, to_be: int) -> list[int]:
