@@ -263,7 +263,7 @@ def _ranges(values: np.ndarray, edges: np.ndarray, unit: str) -> dict[str, np.nd
     for low, high in itertools.pairwise(edges):
         chosen = (values >= low) & ((values < high) | (high == edges[-1]))
         if chosen.any():
-            ranges[f"{low:.3g}..{high:.3g} {unit}"] = chosen
+            ranges[f"{low:.4g}..{high:.4g} {unit}"] = chosen
     return ranges
 
 
