@@ -16,7 +16,7 @@
 
 extern settings_t setup;
 
-/* Before weighing_init. */
+/* Load them, and set up the chain by them (weighing_setup). */
 void setup_init(void);
 
 /* MESSAGES_RESULT_...; if refused, nothing changes. */

@@ -11,10 +11,10 @@
 #include "setup.h"
 #include "temperature.h"
 #include "weighing_internal.h"
-
 #include "weight_kf.h"
 #include "weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
+
 #include <stddef.h>
 #include <string.h>
 

@@ -34,9 +34,9 @@ class Chain:
 
 
 def chain_of(recording: Recording) -> Chain:
-    """Follow HELLO, and SETTING where it tells the order or the filter.
+    """Follow HELLO, which tells both, and SETTING where it tells the order.
 
-    The device takes them up with the next sample. Where all settings were reset, nothing is certain
+    The device takes it up with the next sample. Where all settings were reset, nothing is certain
     until they are told anew.
     """
     count, first = len(recording), recording.hello
