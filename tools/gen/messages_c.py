@@ -145,16 +145,17 @@ def _put(field: Field, at: int) -> str:
     if field.type == "u8":
         return f"    payload[{at}] = message->{field.name};"
     value = f"message->{field.name}"
-    if field.type == "i32":
-        value = f"(uint32_t){value}"
-    return f"    put_{'u32' if field.type == 'i32' else field.type}(&payload[{at}], {value});"
+    raw = field.type.replace("i", "u")
+    if field.type != raw:
+        value = f"({C_TYPES[raw]}){value}"
+    return f"    put_{raw}(&payload[{at}], {value});"
 
 
 def _get(field: Field, at: int) -> str:
     if field.type == "u8":
         value = f"payload[{at}]"
-    elif field.type == "i32":
-        value = f"(int32_t)get_u32(&payload[{at}])"
+    elif field.type[0] == "i":
+        value = f"({C_TYPES[field.type]})get_{field.type.replace('i', 'u')}(&payload[{at}])"
     else:
         value = f"get_{field.type}(&payload[{at}])"
     return f"    read.{field.name} = {value};"

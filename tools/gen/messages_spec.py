@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from tools.gen.spec import Spec, SpecError
 
-TYPE_BYTES = {"u8": 1, "u16": 2, "u32": 4, "i32": 4}
-C_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t"}
+TYPE_BYTES = {"u8": 1, "u16": 2, "u32": 4, "i16": 2, "i32": 4}
+C_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t"}
+C_TYPES |= {"i16": "int16_t", "i32": "int32_t"}
 PAYLOAD_MAX_BYTES = 48  # FRAME_PAYLOAD_MAX in frame.h; the generated C asserts it again
 
 

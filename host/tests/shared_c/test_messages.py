@@ -17,7 +17,7 @@ from tools.gen.messages_py import class_name
 from tools.gen.spec import load
 
 WIRE = messages_spec.parse(load("messages"))
-STRUCT_CODES = {"u8": "B", "u16": "H", "u32": "I", "i32": "i"}
+STRUCT_CODES = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i"}
 
 
 def class_of(message):

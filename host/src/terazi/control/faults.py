@@ -41,6 +41,14 @@ WORDS = {
         "the thermometer does not answer",
         "Check the MPU6050's wires: SDA at A4, SCL at A5; or switch compensation off.",
     ),
+    FaultFlag.IMU_LOST: (
+        "the MPU6050 was there and does not answer any more",
+        "Weighing is not concerned. Check its wires: SDA at A4, SCL at A5, and its supply.",
+    ),
+    FaultFlag.ASKEW: (
+        "the platform stands askew: it weighs too little",
+        "Level its feet, or allow more: `terazi set imu.tilt_limit_mrad`.",
+    ),
 }
 
 # With these no weight is to be trusted (shared_c/include/faults.h says so for the device).
