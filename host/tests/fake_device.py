@@ -8,6 +8,7 @@ resets when its port is opened, as an Uno does, and runs faster than time: no te
 import os
 import random
 import select
+import termios
 import threading
 import time
 import tty
@@ -20,6 +21,7 @@ from terazi.link.generated.messages import FINGERPRINT, StreamFlag, Weight
 
 SLICE_S = 0.002
 BOOT_S = 0.05
+SPEED_CODES = {115_200: termios.B115200, 500_000: termios.B500000, 1_000_000: termios.B1000000}
 
 
 class FakeDevice:
@@ -43,6 +45,7 @@ class FakeDevice:
         corrupt: frozenset[int] = frozenset(),  # frames of these samples arrive broken
         noise_before: frozenset[int] = frozenset(),  # stray bytes on the line before these
         restart_at: frozenset[int] = frozenset(),  # samples at which the filters start anew
+        baud: int | None = None,  # it speaks and hears no other; None: whichever the host has
     ) -> None:
         self.speed = speed
         self.load = load
@@ -57,6 +60,7 @@ class FakeDevice:
         self.silent_after = silent_after
         self.lose, self.corrupt, self.restart_at = lose, corrupt, restart_at
         self.noise_before = noise_before
+        self.baud = baud
         self.resets = 0
         self.commands: list[int] = []
         self._garbage = random.Random(7)
@@ -116,7 +120,15 @@ class FakeDevice:
         if self.speak == "frames" and self.hello_at_reset:
             self._send(self.chain.frame(self.chain.hello()))
 
+    def _fits(self) -> bool:
+        """Whether the host's end of the line runs at this one's rate."""
+        if self.baud is None:
+            return True
+        return termios.tcgetattr(self._master)[5] == SPEED_CODES[self.baud]
+
     def _take(self, data: bytes) -> None:
+        if not self._fits():
+            data = self._garbage.randbytes(len(data))
         for frame in self._decoder.feed(data):
             self.commands.append(frame.id)
             if self.ignore_commands:
@@ -173,6 +185,8 @@ class FakeDevice:
                 self._send(self.chain.frame(message, device_us))
 
     def _send(self, data: bytes) -> None:
+        if not self._fits():  # fewer bits than bytes were sent; no one can read them
+            data = self._garbage.randbytes(len(data) // 2)
         while data and not self._stop.is_set():
             try:
                 data = data[os.write(self._master, data) :]

@@ -292,3 +292,43 @@ def test_double_leaves_no_open_files():
     with FakeDevice() as device, open_link(device.path) as link:
         link.hello()
     assert len(os.listdir("/proc/self/fd")) == before
+
+
+@pytest.mark.parametrize("baud", [115_200, 500_000, 1_000_000])
+@pytest.mark.parametrize("hello_at_reset", [True, False])
+def test_link_finds_the_rate_that_the_board_speaks(baud, hello_at_reset):
+    with FakeDevice(baud=baud, hello_at_reset=hello_at_reset) as device:
+        with open_link(device.path) as link:
+            link.hello()
+            assert link.baud == baud
+            link.command(SetStream(mask=0))
+            assert link.stream.frames_bad == 0
+        assert device.resets == 1
+
+
+def test_link_finds_the_rate_of_a_board_that_streams_nothing(monkeypatch):
+    with FakeDevice(baud=1_000_000, silent_after=0) as device, open_link(device.path) as link:
+        link.hello(timeout_s=0.3)
+        assert link.baud == 1_000_000
+
+
+def test_link_names_the_rates_at_which_nobody_answered(monkeypatch):
+    monkeypatch.setattr("terazi.link.link.ANSWER_S", 0.02)
+    with (
+        FakeDevice(speak="nothing") as device,
+        open_link(device.path) as link,
+        pytest.raises(NoAnswer, match="does not answer at 115200, 500000 or 1000000 baud"),
+    ):
+        link.hello(timeout_s=0.05)
+
+
+def test_link_keeps_to_a_rate_that_was_named(monkeypatch):
+    monkeypatch.setattr("terazi.link.link.ANSWER_S", 0.05)
+    with (
+        FakeDevice(baud=500_000) as device,
+        open_link(device.path, 115_200) as link,
+        pytest.raises(NoAnswer, match="at 115200 baud"),
+    ):
+        link.hello(timeout_s=0.2)
+    with FakeDevice(baud=500_000) as device, open_link(device.path, 500_000) as link:
+        assert link.hello().gain == 128

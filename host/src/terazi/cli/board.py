@@ -15,8 +15,11 @@ WaitOption = Annotated[
 
 
 @contextmanager
-def board(port: str | None, baud: int) -> Iterator:
-    """A link to the board at the port, which has said who it is."""
+def board(port: str | None, baud: int | None) -> Iterator:
+    """A link to the board at the port, which has said who it is.
+
+    baud None: the rate is found out.
+    """
     from terazi.link import find_port, open_link
 
     port = find_port(port)

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from terazi.units import hz_from_q16
 
-BAUD_DEFAULT = 115_200
+BAUD_DEFAULT: int | None = None  # whichever the board speaks
 
 out = Console(highlight=False)
 errors = Console(stderr=True, highlight=False)
@@ -25,7 +25,14 @@ PortArgument = Annotated[
         show_default=False,
     ),
 ]
-BaudOption = Annotated[int, typer.Option(help="Bits a second on the wire.", min=1)]
+BaudOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Bits a second on the wire; without it those that the board may speak are tried.",
+        min=1,
+        show_default=False,
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, nothing else.")]
 
 

@@ -7,7 +7,9 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from terazi.cli.common import BAUD_DEFAULT, PortArgument, errors, out, show_version
+from terazi.cli.common import PortArgument, errors, out, show_version
+
+BOOT_BAUD = 115_200  # optiboot's on an Uno, whatever uart.baud says
 
 HexOption = Annotated[
     Path | None,
@@ -24,7 +26,7 @@ BootBaudOption = Annotated[
 
 
 def flash(
-    port: PortArgument = None, hex_path: HexOption = None, baud: BootBaudOption = BAUD_DEFAULT
+    port: PortArgument = None, hex_path: HexOption = None, baud: BootBaudOption = BOOT_BAUD
 ) -> None:
     """Program an Arduino Uno with Terazi's firmware and see it answer.
 

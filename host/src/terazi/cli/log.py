@@ -63,7 +63,7 @@ def log(
             with errors.status(f"waiting for {port} ..."):
                 link = open_link(port, baud, on_bytes=recorder.on_bytes)
                 hello = link.hello()
-            recorder.begin(port=port, baud=baud, age_s=link.now_s())
+            recorder.begin(port=port, baud=link.baud, age_s=link.now_s())
         except BaseException:
             recorder.abandon()
             raise

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 from rich.table import Column, Table
 
-from terazi.cli.common import BAUD_DEFAULT, JsonOption, errors, out
+from terazi.cli.common import JsonOption, errors, out
 
 LEAD_S = 15.0  # empty belt, in which the device finds its zero and is set up
 SPEED = 4.0  # simulated seconds a second
@@ -110,7 +110,7 @@ def _on_device(port: str, record, progress):
     from terazi.errors import TeraziError
     from terazi.link import open_link
 
-    with open_link(port, BAUD_DEFAULT) as link:
+    with open_link(port) as link:
         progress(f"waiting for {port}")
         link.hello()
         progress("setting up the checkweigher")

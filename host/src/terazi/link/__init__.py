@@ -12,9 +12,10 @@ The bytes are decoded by the firmware's own C codec (`terazi.cshared`).
 from terazi.link.link import Link, open_link
 from terazi.link.ports import Port, find_port, list_ports
 from terazi.link.stream import MessageStream, Received
-from terazi.link.transport import BAUD_DEFAULT, SerialTransport, Transport
+from terazi.link.transport import BAUD_DEFAULT, BAUDS, SerialTransport, Transport
 
 __all__ = [
+    "BAUDS",
     "BAUD_DEFAULT",
     "Link",
     "MessageStream",

@@ -2,19 +2,22 @@
 """A conversation with one board: wait for HELLO, ask, be answered, take what it sends unasked."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from terazi.cshared import encode_frame
 from terazi.errors import NoAnswer
 from terazi.link.generated.messages import Ack, GetInfo, Hello, Result, SetTextMode, Status
 from terazi.link.refusals import refusal
 from terazi.link.stream import SEQUENCE_PERIOD, MessageStream, Received
-from terazi.link.transport import BAUD_DEFAULT, SerialTransport, Transport
+from terazi.link.transport import BAUDS, SerialTransport, Transport
 
 # Opening the port resets the board; optiboot then listens for 1 s, and 1.4 s after opening the
 # program runs. Twice that for boards with a slower boot loader.
 HELLO_AFTER_RESET_S = 3.0
 FRAMES_BEFORE_HELLO = 20  # more than a reset board can have left in the line
+# So many bytes without a frame: whoever sends them speaks at another rate, or no frames. They are
+# more than the line can hold of a frame that was under way, and 0.2 s of a board that streams.
+BYTES_WITHOUT_FRAME = 250
 ANSWER_S = 0.5
 ATTEMPTS = 3
 POLL_S = 0.05  # how finely a wait looks at its deadline
@@ -24,7 +27,8 @@ class Link:
     """Messages both ways over a transport.
 
     on_bytes is called with (host_s, bytes) for all that comes in, before anything is decoded: a
-    recorder hangs there. host_s counts from the link's making.
+    recorder hangs there. host_s counts from the link's making. bauds: what the board may speak
+    where it does not answer at the transport's rate; `hello` finds out.
     """
 
     def __init__(
@@ -33,9 +37,12 @@ class Link:
         *,
         on_bytes: Callable[[float, bytes], None] | None = None,
         name: str = "the board",
+        bauds: Sequence[int] = (),
     ) -> None:
         self.transport = transport
         self.name = name
+        self._bauds = tuple(bauds)
+        self._bytes_at_turn = 0  # that had come when the rate was changed last
         self.on_bytes = on_bytes
         self.stream = MessageStream(whose=name)
         self._start_s = transport.now_s()
@@ -53,6 +60,11 @@ class Link:
 
     def close(self) -> None:
         self.transport.close()
+
+    @property
+    def baud(self) -> int | None:
+        """Bits a second on the line, once `hello` has found them; None: it is no serial line."""
+        return getattr(self.transport, "baud", None)
 
     def now_s(self) -> float:
         """Seconds since the link was made, on the transport's clock."""
@@ -77,12 +89,13 @@ class Link:
             yield from self.poll(POLL_S)
 
     def hello(self, timeout_s: float = HELLO_AFTER_RESET_S) -> Hello:
-        """Who is there. Waits for the HELLO that follows a reset; if none comes, asks.
+        """Who is there. Waits for the HELLO that follows a reset; if none comes, asks, at each
+        rate in turn that the board may speak.
 
         Messages that arrive meanwhile stay for `poll`. Raises NoAnswer, or FingerprintMismatch.
         """
         if self.stream.hello is None:
-            self._wait(lambda: self.stream.hello or self._runs_already(), timeout_s)
+            self._wait(lambda: self.stream.hello or self._has_missed_it(), timeout_s)
         if self.stream.hello is None:
             self._ask_for_hello()
         if self.stream.hello is None:
@@ -190,39 +203,71 @@ class Link:
                 return message
         return None
 
-    def _runs_already(self) -> bool | None:
-        """Whether so much has come without a HELLO that none will: there was no reset, or the
-        HELLO came before the port was quite open."""
-        return self.stream.frames > FRAMES_BEFORE_HELLO or None
+    def _has_missed_it(self) -> bool | None:
+        """Whether so much has come without a HELLO that none will: there was no reset, the HELLO
+        came before the port was quite open, or the rate is not the board's."""
+        return self.stream.frames > FRAMES_BEFORE_HELLO or self._hears_no_frames()
+
+    def _hears_no_frames(self) -> bool | None:
+        came = self.stream.bytes_in - self._bytes_at_turn
+        return (not self.stream.frames and came > BYTES_WITHOUT_FRAME) or None
 
     def _ask_for_hello(self) -> None:
-        """For a port whose opening does not reset, and for a board left in text mode."""
+        """For a port whose opening does not reset, for a board left in text mode, and for one that
+        speaks at another rate."""
         for _attempt in range(ATTEMPTS):
-            self.send(SetTextMode(on=0))
-            self.send(GetInfo())
-            if self._wait(lambda: self.stream.hello, ANSWER_S) is not None:
-                return
+            for baud in self._bauds or (None,):
+                self._turn_to(baud)
+                self.send(SetTextMode(on=0))
+                self.send(GetInfo())
+                self._wait(lambda: self.stream.hello or self._hears_no_frames(), ANSWER_S)
+                if self.stream.hello is not None:
+                    return
+                if self.stream.frames:
+                    self._bauds = ()  # this one it is
+                    break
+
+    def _turn_to(self, baud: int | None) -> None:
+        """Speak and listen at this rate, or at the one that there is."""
+        if baud is not None and baud != self.transport.baud:
+            self.transport.set_baud(baud)
+        self._bytes_at_turn = self.stream.bytes_in
 
     def _no_answer(self) -> NoAnswer:
         remedy = (
-            "Put Terazi's firmware on it with `terazi flash`; if it is there, check the baud rate."
+            "Put Terazi's firmware on it with `terazi flash`; if it is there, press its reset "
+            "button, or name the rate of its line with --baud."
         )
         if self.stream.frames:
             return NoAnswer(f"{self.name} sends frames but no HELLO", remedy=remedy)
         if self.stream.bytes_in:
             count = self.stream.bytes_in
             return NoAnswer(
-                f"{self.name} sends no Terazi frames ({count} bytes came, none of them a frame)",
+                f"{self.name} sends no Terazi frames{self._at()} "
+                f"({count} bytes came, none of them a frame)",
                 remedy=remedy,
             )
-        return NoAnswer(f"{self.name} does not answer", remedy=remedy)
+        return NoAnswer(f"{self.name} does not answer{self._at()}", remedy=remedy)
+
+    def _at(self) -> str:
+        """The rates that were tried."""
+        bauds = self._bauds or (self.baud,)
+        if bauds == (None,):
+            return ""
+        *most, last = map(str, bauds)
+        return f" at {', '.join(most)} or {last} baud" if most else f" at {last} baud"
 
 
 def open_link(
     port: str,
-    baud: int = BAUD_DEFAULT,
+    baud: int | None = None,
     *,
     on_bytes: Callable[[float, bytes], None] | None = None,
 ) -> Link:
-    """A link over a serial port. Raises PortMissing or PortBusy."""
-    return Link(SerialTransport(port, baud), on_bytes=on_bytes, name=port)
+    """A link over a serial port; baud None: whichever the board speaks, found by `Link.hello`.
+
+    Raises PortMissing or PortBusy.
+    """
+    bauds = BAUDS if baud is None else ()
+    transport = SerialTransport(port, BAUDS[0] if baud is None else baud)
+    return Link(transport, on_bytes=on_bytes, name=port, bauds=bauds)

@@ -12,7 +12,8 @@ import serial
 
 from terazi.errors import PortBusy, PortMissing, PortVanished, UsageError
 
-BAUD_DEFAULT = 115_200
+BAUD_DEFAULT = 115_200  # of the boot loader, always, and of a program that was told no other
+BAUDS = (BAUD_DEFAULT, 500_000, 1_000_000)  # what a program may speak: the setting uart.baud
 
 # A frame of 30 bytes takes 2.6 ms at 115 200 baud: having seen its first byte, wait for the rest,
 # so that a chunk is mostly whole frames and its time of arrival is worth noting.
@@ -52,6 +53,16 @@ class SerialTransport:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=2.0, exclusive=True)
         except (OSError, ValueError, OverflowError) as error:
             raise _why_not_opened(port, baud, error) from error
+
+    def set_baud(self, baud: int) -> None:
+        """Speak at another rate from now on. The port stays open, so that nothing is reset."""
+        try:
+            self._serial.baudrate = baud
+        except (ValueError, OverflowError) as error:
+            raise _why_not_opened(self.port, baud, error) from error
+        except OSError as error:
+            raise self._vanished() from error
+        self.baud = baud
 
     def read(self, timeout_s: float) -> bytes:
         try:
