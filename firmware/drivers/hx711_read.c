@@ -1,71 +1,64 @@
 /* SPDX-License-Identifier: MIT */
 #include "hx711.h"
-#include "port_hot.h"
+#include "port_outline.h"
 #include "uno_pins.h"
 
-#include <avr/cpufunc.h>
-#include <avr/interrupt.h>
 #include <avr/io.h>
 
-/* One PD_SCK pulse. High for 4 cycles = 0.25 us (T3: 0.2 .. 50 us), low for at least 6 (T4: 0.2
- * us), HX711 datasheet p. 5. Interrupts are off for 7 cycles: what delays this code in between
- * only makes PD_SCK's low phase longer, which has no upper limit. */
-#define PULSE()                                    \
-    do {                                           \
-        cli();                                     \
-        HX711_PORT |= _BV(HX711_PD_SCK);           \
-        _NOP();                                    \
-        _NOP();                                    \
-        HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK); \
-        sei();                                     \
-    } while (0)
-
-/* DOUT is valid 0.1 us after PD_SCK rises (T2) and stays until it rises again. */
-#define READ_BIT(byte, bit)                                              \
-    do {                                                                 \
-        PULSE();                                                         \
-        if ((HX711_PIN & _BV(HX711_DOUT)) != 0U) { (byte) |= _BV(bit); } \
-    } while (0)
-
-#define READ_BYTE(byte)    \
-    do {                   \
-        READ_BIT(byte, 7); \
-        READ_BIT(byte, 6); \
-        READ_BIT(byte, 5); \
-        READ_BIT(byte, 4); \
-        READ_BIT(byte, 3); \
-        READ_BIT(byte, 2); \
-        READ_BIT(byte, 1); \
-        READ_BIT(byte, 0); \
-    } while (0)
-
-/* A register that holds 0 and of which gcc knows nothing: otherwise it turns the first bit of each
- * byte into a branch, which costs 3 cycles more and makes the time depend on the data. */
-#define CLEARED(name) \
-    uint8_t name;     \
-    __asm__("clr %0" : "=r"(name))
-
-/* Unrolled: a loop would cost as much again as the pulses themselves. */
+/* A pulse is high for 4 cycles = 0.25 us (T3: 0.2 .. 50 us), two of which do some work, and low for
+ * at least 6 (T4: 0.2 us), HX711 datasheet p. 5. Interrupts are off for 7 cycles: what delays this
+ * code in between only makes the low phase longer, which has no upper limit. DOUT is valid 0.1 us
+ * after PD_SCK rises (T2) and stays until it rises again.
+ *
+ * A byte a turn: a turn for each bit would cost as much again as the pulses. What ends the loop
+ * falls into the carry, which no bit touches. Each byte is put down in the pulses of the next: the
+ * first to be put down is none, and stands where the sign goes. */
 PORT_OUTLINE bool hx711_read(int32_t *counts, uint8_t extra_pulses)
 {
-    bool at_rest = true;
-    CLEARED(high);
-    CLEARED(middle);
-    CLEARED(low);
+    uint8_t *at      = (uint8_t *)counts + sizeof *counts;
+    bool     at_rest = true;
+    uint8_t  byte, before, turns;
 
-    READ_BYTE(high);
-    READ_BYTE(middle);
-    READ_BYTE(low);
-    do {
-        PULSE();
-        if ((HX711_PIN & _BV(HX711_DOUT)) == 0U) { at_rest = false; }
-    } while (--extra_pulses != 0U);
-
-    const union {
-        uint8_t bytes[4];
-        int32_t value;
-    } joined = {.bytes = {low, middle, high, (high & 0x80U) != 0U ? 0xFFU : 0U}};
-
-    *counts = joined.value;
+    __asm__ volatile("ldi  %[turns], 0x20       \n" /* three turns */
+                     "1:                        \n\t"
+                     ".irp bit, 7, 6, 5, 4, 3, 2, 1, 0 \n\t"
+                     "cli                       \n\t"
+                     "sbi  %[port], %[sck]      \n\t"
+                     ".if  \\bit == 7           \n\t"
+                     "mov  %[before], %[byte]   \n\t"
+                     "clr  %[byte]              \n\t"
+                     ".elseif \\bit == 6        \n\t"
+                     "st   -%a[at], %[before]   \n\t"
+                     ".elseif \\bit == 0        \n\t"
+                     "lsl  %[turns]             \n\t"
+                     "nop                       \n\t"
+                     ".else                     \n\t"
+                     "rjmp .                    \n\t"
+                     ".endif                    \n\t"
+                     "cbi  %[port], %[sck]      \n\t"
+                     "sei                       \n\t"
+                     "sbic %[pin], %[dout]      \n\t"
+                     "ori  %[byte], 1 << \\bit  \n\t"
+                     ".endr                     \n\t"
+                     "brcc 1b                   \n\t"
+                     "st   -%a[at], %[byte]     \n"
+                     "2:                        \n\t"
+                     "cli                       \n\t"
+                     "sbi  %[port], %[sck]      \n\t"
+                     "ldd  %[byte], %a[at]+2    \n\t" /* the highest */
+                     "cbi  %[port], %[sck]      \n\t"
+                     "sei                       \n\t"
+                     "sbis %[pin], %[dout]      \n\t"
+                     "clr  %[at_rest]           \n\t"
+                     "dec  %[extra]             \n\t"
+                     "brne 2b                   \n\t"
+                     "lsl  %[byte]              \n\t"
+                     "sbc  %[byte], %[byte]     \n\t"
+                     "std  %a[at]+3, %[byte]    \n\t"
+                     : [at] "+&z"(at), [at_rest] "+&r"(at_rest), [extra] "+&r"(extra_pulses),
+                       [byte] "=&d"(byte), [before] "=&r"(before), [turns] "=&d"(turns)
+                     : [port] "I"(_SFR_IO_ADDR(HX711_PORT)), [pin] "I"(_SFR_IO_ADDR(HX711_PIN)),
+                       [sck] "I"(HX711_PD_SCK), [dout] "I"(HX711_DOUT)
+                     : "memory");
     return at_rest;
 }
