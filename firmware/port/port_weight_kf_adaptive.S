@@ -9,8 +9,8 @@
  *
  * K is a restoring division. Each turn doubles the remainder, which stays below 2^32, and takes S
  * off where it can; the borrow is the complement of the quotient's bit. A 1 that starts at the
- * quotient's bottom falls out at its top after 16 turns, two a round, and ends the loop.
- * Time: 16 cycles a turn, whichever way it goes; the rest differs by about 40 cycles.
+ * quotient's bottom falls out at its top after 16 turns and ends the loop.
+ * Time: 17 cycles a turn, whichever way it goes; the rest differs by about 40 cycles.
  */
 
 /* weight_kf_adaptive_t and its config; port_weight_kf_adaptive_layout.c holds these. */
@@ -30,22 +30,21 @@
 \name\()2 = \r2
 \name\()3 = \r3
 .endm
-        name4   x, 2, 3, 4, 5           /* the estimate */
+        name4   x, 26, 27, 30, 31       /* the estimate */
         name4   jump, 10, 11, 12, 13    /* the least distance, then J */
         name4   w, 16, 17, 18, 19       /* what is worked on */
         name4   z, 23, 20, 21, 22       /* the measurement, until S is known */
         name4   s, 20, 21, 22, 23       /* S */
         name4   part, 26, 27, 30, 31    /* a product; then P or R, what K is taken of */
         name4   res, 22, 23, 24, 25     /* the result */
-zero = 2      /* three small ones in x's place */
-low = 3
-is_open = 4
+zero = 2
+is_open = 3
 left0 = 6     /* l */
 left1 = 7
 margin = 8
 jump5_0 = 8   /* j */
 jump5_1 = 9
-sigma0 = 14
+sigma0 = 14   /* the noise; where it is not needed, another factor */
 sigma1 = 15
 a0 = 24       /* an argument; the quotient; K */
 a1 = 25
@@ -137,7 +136,7 @@ times_sigma:
         .global port_weight_kf_adaptive_step
         .type   port_weight_kf_adaptive_step, @function
 port_weight_kf_adaptive_step:
-        .irp    reg, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
+        .irp    reg, 2, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
         push    \reg
         .endr
         movw    r28, r24
@@ -154,11 +153,10 @@ port_weight_kf_adaptive_step:
         brge    1f
         set
 1:      ldi     a0, 0xFF            /* no distance is more than 2^31 - 1 */
+        ldi     a1, 0xFF
+        movw    jump0, a0
         ldi     a1, 0x7F
-        .irp    byte, 0, 1, 2
-        mov     jump\byte, a0
-        .endr
-        mov     jump3, a1
+        movw    jump2, a0
         ldd     w0, Y+KF_BEFORE+4
         ldd     w1, Y+KF_BEFORE+5
         ldd     w2, Y+KF_BEFORE+6
@@ -176,6 +174,7 @@ port_weight_kf_adaptive_step:
         std4    KF_BEFORE, w
         rcall   distance            /* w = |z - x| */
         clr     zero
+        clr     is_open
         ldd     sigma0, Y+KF_NOISE+1
         ldd     sigma1, Y+KF_NOISE+2
         mul     sigma0, margin      /* the margin in Q8, and halved in Q7 */
@@ -191,9 +190,8 @@ port_weight_kf_adaptive_step:
         sbc     jump2, r1
         sbc     jump3, zero
         brge    1f
-        .irp    byte, 0, 1, 2, 3
-        clr     jump\byte
-        .endr
+        movw    jump0, zero         /* and what is not open */
+        movw    jump2, zero
 1:      sub4    w, jump             /* L */
         movw    left0, sigma0       /* l = min(L, 4 sigma) */
         lsl     left0
@@ -229,7 +227,6 @@ port_weight_kf_adaptive_step:
         add4    s, part
         movw    a0, jump5_0
         rcall   times_sigma         /* N */
-        clr     is_open
         cp4     w, part
         brcc    1f                  /* N <= P: what K is taken of is P */
         inc     is_open
@@ -247,97 +244,69 @@ port_weight_kf_adaptive_step:
         brcc    2f
         movw4   w, s
         rjmp    2f
+passed: nop                         /* S cannot be taken off */
+        rjmp    next_bit
 1:      movw4   part, w
 2:
         ldi     a0, 1
         clr     a1
 3:      lsl4    w
         cp4     w, s
-        brcs    5f
+        brcs    passed
         sub4    w, s                /* no borrow is left */
-4:      rol     a0
-        rol     a1
-        lsl4    w
-        cp4     w, s
-        brcs    8f
-        sub4    w, s
-7:      rol     a0
+next_bit:
+        rol     a0
         rol     a1
         brcc    3b
-        rjmp    6f
-5:      nop
-        rjmp    4b
-8:      nop
-        rjmp    7b
-6:      com     a0                  /* K */
+        com     a0                  /* K */
         com     a1
+        movw4   s, part
         tst     is_open
         brne    1f
-        movw4   s, part
         add     part0, w2           /* P + (remainder >> 16) */
         adc     part1, w3
         adc     part2, zero
         adc     part3, zero
-1:
-        mul     part3, a1           /* w = (K part + 2^15) >> 16: bytes 4 and 5 */
-        movw    w2, r0
-        mul     part2, a0           /* bytes 2 and 3 */
-        movw    w0, r0
-        mul     part3, a0           /* bytes 3 and 4 */
-        add     w1, r0
-        adc     w2, r1
-        adc     w3, zero
-        mul     part2, a1           /* bytes 3 and 4 */
-        add     w1, r0
-        adc     w2, r1
-        adc     w3, zero
-        mul     part0, a0           /* byte 1; byte 0 cannot carry into it, whose top rounds */
-        mov     low, r1
-        mul     part1, a1           /* bytes 2 and 3 */
-        add     w0, r0
-        adc     w1, r1
-        adc     w2, zero
-        adc     w3, zero
-        mul     part0, a1           /* bytes 1 and 2 */
-        add     low, r0
-        adc     w0, r1
-        .irp    byte, 1, 2, 3
-        adc     w\byte, zero
-        .endr
-        mul     part1, a0           /* bytes 1 and 2 */
-        add     low, r0
-        adc     w0, r1
+1:      movw    sigma0, part0       /* part = (K part + 2^15) >> 16 */
+        movw    w2, part2
+        rcall   times_sigma
+        lsl     part1
+        movw    w0, part2
+        movw    sigma0, w2
+        adc     w0, zero
         adc     w1, zero
-        adc     w2, zero
-        adc     w3, zero
-        lsl     low
-        .irp    byte, 0, 1, 2, 3
-        adc     w\byte, zero
-        .endr
+        rcall   times_sigma
+        add     part0, w0
+        adc     part1, w1
+        adc     part2, zero
+        adc     part3, zero
         tst     is_open
         brne    1f
-        sub4    s, w                /* P less that */
-        movw4   w, s
-1:      std4    KF_VAR, w
-        mul16   w0, w1, w2, w3, left0, left1, a0, a1
-        add     jump0, w2           /* J and the step */
-        adc     jump1, w3
+        sub4    s, part             /* P less that */
+        movw4   part, s
+1:      std4    KF_VAR, part
+        movw    sigma0, left0
+        rcall   times_sigma
+        add     jump0, part2        /* J and the step */
+        adc     jump1, part3
         adc     jump2, zero
         adc     jump3, zero
         ldd4    res, KF_ESTIMATE
-        ldd     part0, Y+KF_FRACTION
-        ldd     part1, Y+KF_FRACTION+1
+        ldd     w0, Y+KF_FRACTION
+        ldd     w1, Y+KF_FRACTION+1
         brts    1f
-        add     part0, w0
-        adc     part1, w1
+        add     w0, part0
+        adc     w1, part1
         add4    res, jump, adc
         rjmp    2f
-1:      sub     part0, w0
-        sbc     part1, w1
+1:      sub     w0, part0
+        sbc     w1, part1
         sub4    res, jump, sbc
-2:      std     Y+KF_FRACTION, part0
-        std     Y+KF_FRACTION+1, part1
+2:      std     Y+KF_FRACTION, w0
+        std     Y+KF_FRACTION+1, w1
         std4    KF_ESTIMATE, res
+        ldd     sigma0, Y+KF_NOISE+1
+        ldd     sigma1, Y+KF_NOISE+2
         movw    w0, sigma0          /* the cap, in Q5 */
         lsr     w1
         ror     w0
@@ -392,7 +361,7 @@ port_weight_kf_adaptive_step:
         std     Y+KF_NOISE+1, w2
         std     Y+KF_NOISE+2, w3
 
-        .irp    reg, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2
+        .irp    reg, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 3, 2
         pop     \reg
         .endr
         ret
