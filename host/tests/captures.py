@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from host.tests.fake_chain import RATE_HZ, Chain, steps_and_noise
+from host.tests.fake_imu import FakeImu
 from terazi.design import scale as scale_design
 from terazi.link.generated.messages import (
     FINGERPRINT,
@@ -77,6 +78,27 @@ class CaptureMaker:
                 self.put(self.chain.frame(message, device_us))
             if self.chain.conversion % round(RATE_HZ) == 0:
                 self.say(self.chain.status())
+        return self
+
+    def imu(
+        self,
+        imu: FakeImu,
+        count: int,
+        *,
+        drop: Callable[[object], bool] = lambda message: False,
+        change: Callable = lambda message: message,
+        lost: dict[int, int] | None = None,
+    ) -> "CaptureMaker":
+        """count samples of an IMU. drop: messages that do not arrive; lost: by the place of a
+        sample, how many the device itself missed before it.
+        """
+        for index in range(count):
+            for message in imu.sample(lost=(lost or {}).get(index, 0)):
+                wire = self.chain.frame(change(message), imu.device_us)
+                if not drop(message):
+                    self.put(wire)
+            if imu.number % imu.rate_hz == 0:
+                self.say(imu.status())
         return self
 
     def tare(self, *, lose_ack: bool = False) -> "CaptureMaker":

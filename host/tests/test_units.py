@@ -4,6 +4,7 @@
 import pytest
 
 from terazi import units
+from terazi.design import mahony
 
 
 def test_fixed_point_formats_are_undone():
@@ -11,6 +12,24 @@ def test_fixed_point_formats_are_undone():
     assert units.hz_from_q16(82 << 16) == 82.0
     assert units.g_from_mg(-1500) == -1.5
     assert units.s_from_us(2_500_000) == 2.5
+
+
+def test_imu_counts_are_those_of_the_specification():
+    sensor = mahony.spec()["sensor"]
+    assert sensor["gyro_counts_per_deg_s"] == units.GYRO_COUNTS_PER_DEG_S
+    assert sensor["acc_counts_per_g"] == units.ACC_COUNTS_PER_STANDARD_GRAVITY
+    assert units.deg_s_from_counts(16_384) == 1000.0
+    assert units.deg_s_from_q16(16_384 << 16) == 1000.0
+    assert units.m_s2_from_counts(-2048) == -9.80665
+    assert units.deg_c_from_counts(340) == pytest.approx(37.53)
+    assert units.one_from_q14(-(1 << 14)) == -1.0
+    assert units.one_from_q30(1 << 29) == 0.5
+
+
+def test_tilt_is_from_the_vertical():
+    assert units.tilt_deg((0.0, 0.0, 1.0)) == 0.0
+    assert units.tilt_deg((0.0, -2.0, 0.0)) == 90.0
+    assert units.tilt_deg((0.0, 0.0, -1.0)) == 180.0
 
 
 @pytest.mark.parametrize(

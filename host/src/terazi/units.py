@@ -4,6 +4,8 @@
 The functions take scalars and numpy arrays alike. Names: `_qN` means N fraction bits.
 """
 
+import math
+
 COUNTS_RAIL_LOW = -(1 << 23)
 COUNTS_RAIL_HIGH = (1 << 23) - 1
 KF_ONE_COUNT_Q7 = 1 << 7
@@ -12,6 +14,12 @@ Q16_ONE = 1 << 16
 US_PER_S = 1_000_000
 UG_PER_G = 1_000_000
 MG_PER_G = 1_000
+
+# The MPU-6050 at +-2000 deg/s and +-16 g (datasheet 6.1, 6.2); as mahony.toml has it.
+GYRO_COUNTS_PER_DEG_S = 16.384
+ACC_COUNTS_PER_STANDARD_GRAVITY = 2048.0
+STANDARD_GRAVITY_M_S2 = 9.80665
+TEMP_COUNTS_PER_K, TEMP_ZERO_DEG_C = 340.0, 36.53  # register map 4.18
 
 
 def counts_from_q7(counts_q7):
@@ -32,6 +40,42 @@ def g_from_mg(mass_mg):
 def s_from_us(time_us):
     """Seconds from microseconds."""
     return time_us / US_PER_S
+
+
+def one_from_q30(value_q30):
+    """A number of Q30, as a quaternion's, in ones."""
+    return value_q30 / (1 << 30)
+
+
+def one_from_q14(value_q14):
+    """A number of Q14 in ones."""
+    return value_q14 / (1 << 14)
+
+
+def deg_s_from_q16(gyro_q16):
+    """A turn rate in degrees a second from the gyroscope's counts in Q16."""
+    return gyro_q16 / Q16_ONE / GYRO_COUNTS_PER_DEG_S
+
+
+def deg_s_from_counts(gyro_counts):
+    """A turn rate in degrees a second from the gyroscope's counts."""
+    return gyro_counts / GYRO_COUNTS_PER_DEG_S
+
+
+def m_s2_from_counts(acc_counts):
+    """An acceleration from the accelerometer's counts."""
+    return acc_counts * (STANDARD_GRAVITY_M_S2 / ACC_COUNTS_PER_STANDARD_GRAVITY)
+
+
+def deg_c_from_counts(temp_counts):
+    """The temperature of the MPU-6050 itself."""
+    return temp_counts / TEMP_COUNTS_PER_K + TEMP_ZERO_DEG_C
+
+
+def tilt_deg(up_b) -> float:
+    """How far body z stands off the vertical: (3,), the vertical in body axes, of any norm."""
+    x, y, z = up_b
+    return math.degrees(math.atan2(math.hypot(x, y), z))
 
 
 def show_g(weight_g: float) -> str:

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Tables beside a capture: NAME.csv, NAME.parquet, NAME.status.csv and NAME.events.csv.
+"""Tables beside a capture: NAME.csv, NAME.parquet, NAME.status.csv and NAME.events.csv; where an
+IMU is, NAME.attitude.csv, NAME.imu.csv and NAME.mag.csv, each as Parquet too, and
+NAME.imu_status.csv.
 
 They are made while recording, block by block, so that a recording of a week needs no more memory
 than one of a minute; or afterwards from the capture, with the same result. A table that cannot be
@@ -9,6 +11,7 @@ written is given up with a word on why; the capture goes on.
 import contextlib
 import csv
 import dataclasses
+import functools
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -16,11 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from terazi.errors import CannotWrite
-from terazi.link.generated.messages import Fault, Product, Status, Step
+from terazi.link.generated.messages import Fault, ImuStatus, Product, Status, Step
 from terazi.link.plain import plain_message
 from terazi.link.stream import Received
 from terazi.recorder.columns import SampleColumns, table_of
 from terazi.recorder.files import cannot_write
+from terazi.recorder.inertial import KINDS, MessageColumns, table_of_kind
 
 CSV_BLOCK_SAMPLES = 64  # so that what reads along is less than a second behind
 PARQUET_BLOCK_SAMPLES = 16384  # a row group
@@ -30,16 +34,25 @@ PARQUET_REMEDY = "Parquet is not written: pyarrow is not installed (pip install 
 EVENTS = (Step, Product, Fault)
 
 CSV_FORMATS = {"host_s": "{:.6f}", "kf_counts": "{:.7f}", "mass_g": "{:.3f}", "weight_g": "{:.3f}"}
+CSV_FORMATS |= {"device_s": "{:.6f}"} | {f"quat_{axis}": "{:.10f}" for axis in "wxyz"}
+CSV_FORMATS |= {f"{angle}_deg": "{:.5f}" for angle in ("roll", "pitch", "yaw")}
+CSV_FORMATS |= {f"acc_{axis}_m_s2": "{:.5f}" for axis in "xyz"}
+CSV_FORMATS |= {f"gyro_{axis}_deg_s": "{:.4f}" for axis in "xyz"} | {"temperature_deg_c": "{:.3f}"}
 
 
 def table_paths(capture: Path) -> dict[str, Path]:
     """Where the tables of a capture lie."""
-    return {
+    paths = {
         "csv": capture.with_suffix(".csv"),
         "status": capture.with_suffix(".status.csv"),
         "events": capture.with_suffix(".events.csv"),
         "parquet": capture.with_suffix(".parquet"),
+        "imu_status": capture.with_suffix(".imu_status.csv"),
     }
+    for kind in KINDS:
+        for ending in ("csv", "parquet"):
+            paths[f"{kind.NAME}.{ending}"] = capture.with_suffix(f".{kind.NAME}.{ending}")
+    return paths
 
 
 class CsvTable:
@@ -153,33 +166,40 @@ class Tables:
         self.faults: list[CannotWrite] = []
         self.notes: list[str] = []
         self.written: list[Path] = []
-        self._outputs: list[_Output] = []
-        paths = table_paths(capture)
-        self._open(CSV_BLOCK_SAMPLES, lambda: CsvTable(paths["csv"]), paths["csv"])
-        if has_parquet():
-            self._open(
-                PARQUET_BLOCK_SAMPLES,
-                lambda: ParquetTable(paths["parquet"], metadata),
-                paths["parquet"],
-            )
-        else:
+        self._metadata = metadata
+        self._paths = paths = table_paths(capture)
+        self._has_parquet = has_parquet()
+        if not self._has_parquet:
             self.notes.append(PARQUET_REMEDY)
+        self._samples = self._open("csv", "parquet", SampleColumns, table_of)
+        self._kinds: dict[type, list[_Output]] = {}  # of those of KINDS that came
         self._messages = [
             (MessageTable(paths["status"]), (Status,)),
             (MessageTable(paths["events"], _event_columns()), EVENTS),
+            (MessageTable(paths["imu_status"]), (ImuStatus,)),
         ]
-        for table, _kinds in self._messages:  # of an older recording under this name
+        # Of an older recording under this name; made only where such messages come.
+        late = [table.path for table, _kinds in self._messages]
+        late += [paths[f"{kind.NAME}.{ending}"] for kind in KINDS for ending in ("csv", "parquet")]
+        for path in late:
             with contextlib.suppress(OSError):
-                table.path.unlink()
+                path.unlink()
 
     def add_sample(self, received: Received, lost_before: int) -> None:
-        for output in list(self._outputs):
-            output.waiting.append(received, lost_before)
-            if len(output.waiting) >= output.block_samples:
-                self._try(output, output.write_waiting)
+        self._add(self._samples, received, lost_before)
 
     def add_message(self, received: Received) -> None:
         """Take anything but a sample; what has no table is in the capture only."""
+        kind = type(received.message)
+        if kind in KINDS:
+            if kind not in self._kinds:
+                self._kinds[kind] = self._open(
+                    f"{kind.NAME}.csv",
+                    f"{kind.NAME}.parquet",
+                    lambda: MessageColumns(kind),
+                    lambda columns: table_of_kind(kind, columns),
+                )
+            self._add(self._kinds[kind], received)
         for table, kinds in list(self._messages):
             if not isinstance(received.message, kinds):
                 continue
@@ -190,42 +210,67 @@ class Tables:
                 self._messages.remove((table, kinds))
 
     def close(self) -> None:
-        for output in list(self._outputs):
-            self._try(output, output.finish)
-        self.written = [output.table.path for output in self._outputs]
+        groups = [self._samples, *self._kinds.values()]
+        for outputs in groups:
+            for output in list(outputs):
+                self._try(outputs, output, output.finish)
+        self.written = [output.table.path for output in self._samples]
         for table, _kinds in self._messages:
             if table.is_begun:
                 table.close()
                 self.written.append(table.path)
-        self._outputs = []
+        self.written += [output.table.path for outputs in groups[1:] for output in outputs]
+        for outputs in groups:
+            outputs.clear()
 
-    def _open(self, block_samples: int, make: Callable, path: Path) -> None:
-        try:
-            self._outputs.append(_Output(make(), block_samples))
-        except OSError as error:
-            self.faults.append(cannot_write(path, error))
+    def _open(self, csv_name: str, parquet_name: str, columns: Callable, shown: Callable) -> list:
+        """CSV and, where it can be had, Parquet; those that could be opened."""
+        outputs: list[_Output] = []
+        made: list[tuple[str, Callable, int]] = [(csv_name, CsvTable, CSV_BLOCK_SAMPLES)]
+        if self._has_parquet:
+            make = functools.partial(ParquetTable, metadata=self._metadata)
+            made.append((parquet_name, make, PARQUET_BLOCK_SAMPLES))
+        for name, make, block_rows in made:
+            path = self._paths[name]
+            try:
+                outputs.append(_Output(make(path), block_rows, columns, shown))
+            except OSError as error:
+                self.faults.append(cannot_write(path, error))
+        return outputs
 
-    def _try(self, output: "_Output", action: Callable) -> None:
+    def _add(self, outputs: "list[_Output]", *what) -> None:
+        for output in list(outputs):
+            output.waiting.append(*what)
+            if len(output.waiting) >= output.block_rows:
+                self._try(outputs, output, output.write_waiting)
+
+    def _try(self, outputs: "list[_Output]", output: "_Output", action: Callable) -> None:
         try:
             action()
         except OSError as error:
             self.faults.append(cannot_write(output.table.path, error))
-            self._outputs.remove(output)
+            outputs.remove(output)
             output.table.give_up()
 
 
 class _Output:
-    """A table and the samples that wait for its next block."""
+    """A table and the rows that wait for its next block.
 
-    def __init__(self, table: CsvTable | ParquetTable, block_samples: int) -> None:
+    columns : makes an empty collection of rows;  shown : what the table has of its arrays.
+    """
+
+    def __init__(
+        self, table: CsvTable | ParquetTable, block_rows: int, columns: Callable, shown: Callable
+    ) -> None:
         self.table = table
-        self.block_samples = block_samples
-        self.waiting = SampleColumns()
+        self.block_rows = block_rows
+        self.waiting = columns()
+        self._columns, self._shown = columns, shown
         self._is_empty = True
 
     def write_waiting(self) -> None:
-        block = table_of(self.waiting.to_numpy())
-        self.waiting = SampleColumns()
+        block = self._shown(self.waiting.to_numpy())
+        self.waiting = self._columns()
         self._is_empty = False
         self.table.write(block)
 

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""A test double of the device's IMU: what lies, turns and lies again, as messages.
+
+Its motion is a script and its noise has a fixed seed. The attitude is that of the firmware's own C;
+what the firmware itself makes of a part on a bus is tested on the bench (hil_tests).
+"""
+
+import math
+import random
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from terazi.cshared import Mahony, Rest
+from terazi.cshared.imu import AT_REST, BIAS_KNOWN
+from terazi.link.generated.messages import (
+    Attitude,
+    AttitudeFlag,
+    Imu,
+    ImuState,
+    ImuStatus,
+    Mag,
+    MagKind,
+)
+
+RATE_HZ = 500
+WHO_AM_I = 0x68
+BIAS_COUNTS = (25, -14, 8)
+TURN_BEGIN_S, TURN_END_S, TURN_DEG_S = 3.0, 5.0, 45.0
+ONE_G_COUNTS, COUNTS_PER_DEG_S = 2048, 16.384
+
+
+@dataclass
+class FakeImu:
+    """One sample a call. every: as the setting imu.every; mag_every: samples a field, 0: none."""
+
+    every: int = 5
+    mag_every: int = 0
+    identity: int = WHO_AM_I
+    rate_hz: int = RATE_HZ
+    number: int = 0  # of the sample, as on the wire
+    missed: int = 0
+    state: ImuState = ImuState.RUNNING
+    _noise: random.Random = field(default_factory=lambda: random.Random(11))
+    _mahony: Mahony | None = None
+    _rest: Rest | None = None
+    _flags: int = 0  # AttitudeFlag since the last ATTITUDE
+
+    @property
+    def device_us(self) -> int:
+        """When the latest sample was ready."""
+        return round(self.number / self.rate_hz * 1e6)
+
+    def _measured(self) -> tuple[list[int], list[int]]:
+        """A board that lies level, is turned about its x axis, and lies as it was left."""
+        t_s = self.number / self.rate_hz
+        turned_s = min(max(t_s - TURN_BEGIN_S, 0.0), TURN_END_S - TURN_BEGIN_S)
+        angle = math.radians(TURN_DEG_S * turned_s)
+        rate = TURN_DEG_S if TURN_BEGIN_S < t_s < TURN_END_S else 0.0
+        acc = [0.0, ONE_G_COUNTS * math.sin(angle), ONE_G_COUNTS * math.cos(angle)]
+        gyro = [rate * COUNTS_PER_DEG_S, 0.0, 0.0]
+        noisy = [round(value + self._noise.gauss(0.0, 3.0)) for value in (*acc, *gyro)]
+        return noisy[:3], [one + bias for one, bias in zip(noisy[3:], BIAS_COUNTS, strict=True)]
+
+    def sample(self, *, lost: int = 0) -> list:
+        """The next sample after `lost` ones that the device itself missed: its messages."""
+        self.number += 1 + lost
+        self.missed += lost
+        acc, gyro = self._measured()
+        if self._mahony is None:
+            self._mahony, self._rest = Mahony(f"{self.rate_hz}hz"), None
+        if lost:
+            self._mahony.gap(lost)
+            self._rest.interrupt()
+            self._flags |= AttitudeFlag.GAP
+        if self._rest is None:
+            self._rest = Rest(f"{self.rate_hz}hz", gyro, acc)
+        rested = self._rest.update(gyro, acc)
+        self._mahony.update(gyro, acc, self._rest.bias_q16)
+        told: list = []
+        if self.mag_every and self.number % self.mag_every == 0:
+            told.append(Mag(self.number % 65536, 1200, 10, -2400))
+        if self.number % self.every == 0:
+            told.append(Imu(self.number % 65536, *acc, -11_000, *gyro))
+            flags = AttitudeFlag(self._flags)
+            flags |= AttitudeFlag.REST if rested & AT_REST else AttitudeFlag(0)
+            flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else AttitudeFlag(0)
+            told.append(Attitude(self.number % 65536, *self._mahony.quat_wb_q30, flags))
+            self._flags = 0
+        return told
+
+    def status(self) -> ImuStatus:
+        counts = self._mahony.counts if self._mahony else dict.fromkeys(("gaps", "railed"), 0)
+        bias = self._rest.bias_q16 if self._rest else (0, 0, 0)
+        up = np.round(np.array(self._up()) * 2**14).astype(int).tolist()
+        zeros = ("overruns", "losses", "clipped", "rest_rejected", "bus_recoveries")
+        return ImuStatus(
+            state=self.state,
+            identity=self.identity,
+            mag_kind=MagKind.QMC5883L if self.mag_every else MagKind.NONE,
+            samples=self.number - self.missed,
+            missed=self.missed,
+            temp_counts=-11_000,
+            **{f"bias_{axis}_q16": value for axis, value in zip("xyz", bias, strict=True)},
+            **{f"up_{axis}_q14": value for axis, value in zip("xyz", up, strict=True)},
+            **dict.fromkeys(zeros, 0),
+            **{name: counts.get(name, 0) for name in COUNTED},
+        )
+
+    def _up(self) -> tuple[float, float, float]:
+        if self._mahony is None:
+            return 0.0, 0.0, 1.0
+        w, x, y, z = self._mahony.quat_wb
+        return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+
+
+COUNTED = ("acc_zero", "railed", "mag_refused", "mag_disturbed", "gaps")
