@@ -1,132 +1,117 @@
 /* SPDX-License-Identifier: MIT */
 /* port_imu_cal - the nine products of a calibration. Contract: shared_c/src/port_imu_cal.h
  *
- *   bool port_imu_cal(const imu_cal_t *cal, const int16_t raw[3], int16_t true[3])
- *                     r25:r24               r23:r22               r21:r20
+ *   bool port_imu_cal(const imu_cal_config_t *config, int16_t vector[3])
+ *                     r25:r24                         r23:r22
  *
- * All three raw values stay in registers, so that true may be the same array. MULSU leaves the sign
- * of its product in the carry, and SBC of zero extends it. Time: 26 cycles a product, with its
- * coefficient's load; the same for all data but where a high byte looks like a rail's.
+ * Each row's sum goes onto the stack, since all three rows want the old vector; then they are added
+ * to it from the last to the first. The offset is a fourth product, by -2^13: its low byte is zero,
+ * so that the half that its high byte makes is enough. MULSU leaves the sign of its product in the
+ * carry, and SBC of zero extends it. Time: 33 cycles a product, with its loads; the same for all
+ * data but where a value saturates.
  */
 
-#define zero r13
-#define sum0 r14
-#define sum1 r15
-#define sum2 r24 /* the upper half, and then the result */
-#define sum3 r25
-#define dl   r16 /* coefficient; MULS and MULSU want r16..r23 */
-#define dh   r17
-#define xl   r18
-#define xh   r19
-#define yl   r20
-#define yh   r21
-#define zl   r22
-#define zh   r23
-        /* X: true.  Y: added.  Z: raw, then the matrix.  T: a value stands on a rail */
+#define zero  r15
+#define rows  r16 /* to go */
+#define cols  r17
+#define sum0  r18
+#define sum1  r19
+#define sum2  r24
+#define sum3  r25
+#define dl    r20 /* coefficient; MULSU wants r16..r23 */
+#define dh    r21
+#define vl    r22 /* value */
+#define vh    r23
+        /* X: vector.  Y: offsets.  Z: matrix, then the end of the vector.  T: clipped */
 
-/* Offsets in imu_cal_t and imu_cal_config_t */
-#define CAL_CONFIG    0
-#define CAL_ADDED_Q16 2
-#define MATRIX_Q16    0
-
-/* T = 1 if the value is 0x7FFF or 0x8000; \hi in r16..r31 */
-        .macro  rail lo, hi
-        cpi     \hi, 0x7F
-        brne    1f
-        inc     \lo             ; 0xFF becomes zero ...
-        brne    .+2
-        set
-        dec     \lo             ; ... and is put back
-        rjmp    2f
-1:      cpi     \hi, 0x80
-        brne    2f
-        tst     \lo
-        brne    2f
-        set
-2:
-        .endm
-
-/* sum += the next coefficient * value */
-        .macro  product lo, hi
-        ld      dl, Z+
-        ld      dh, Z+
-        muls    dh, \hi
-        add     sum2, r0
-        adc     sum3, r1
-        mul     dl, \lo
-        add     sum0, r0
-        adc     sum1, r1
-        adc     sum2, zero
-        adc     sum3, zero
-        mulsu   dh, \lo
-        sbc     sum3, zero
-        add     sum1, r0
-        adc     sum2, r1
-        adc     sum3, zero
-        mulsu   \hi, dl
-        sbc     sum3, zero
-        add     sum1, r0
-        adc     sum2, r1
-        adc     sum3, zero
-        .endm
-
-/* One axis: lo and hi are its raw value */
-        .macro  row lo, hi
-        ld      sum0, Y+
-        ld      sum1, Y+
-        ld      sum2, Y+
-        ld      sum3, Y+
-        product xl, xh
-        product yl, yh
-        product zl, zh
-        add     sum2, \lo
-        adc     sum3, \hi
-        brvc    3f
-        ldi     sum2, 0xFF      ; LDI leaves the flags: it looks negative if it was too large
-        ldi     sum3, 0x7F
-        brmi    3f
-        ldi     sum2, 0x00
-        ldi     sum3, 0x80
-3:      rail    sum2, sum3
-        st      X+, sum2
-        st      X+, sum3
-        .endm
+#define AXES        3
+#define OFFSET_Q3   18 /* imu_cal_config_t: behind the matrix */
+#define MINUS_2_13H 0xE0
+#define HALF_Q16H   0x80
 
         .section .text.port_imu_cal, "ax", @progbits
         .global port_imu_cal
         .type   port_imu_cal, @function
 port_imu_cal:
-        push    r13
-        push    r14
         push    r15
         push    r16
         push    r17
         push    r28
         push    r29
-        movw    r26, r20
+        movw    r26, r22
+        movw    r30, r24
         movw    r28, r24
-        movw    r30, r22
-        ldd     xl, Z+0
-        ldd     xh, Z+1
-        ldd     yl, Z+2
-        ldd     yh, Z+3
-        ldd     zl, Z+4
-        ldd     zh, Z+5
-        ldd     r30, Y+CAL_CONFIG
-        ldd     r31, Y+CAL_CONFIG+1
-        adiw    r28, CAL_ADDED_Q16
-#if MATRIX_Q16
-#error "the matrix comes first"
-#endif
+        adiw    r28, OFFSET_Q3
         clr     zero
+        ldi     rows, AXES
+1:      clr     sum0
+        ldi     sum1, HALF_Q16H
+        clr     sum2
+        clr     sum3
+        ld      dl, Y+
+        ld      dh, Y+
+        ldi     vh, MINUS_2_13H
+        ldi     cols, AXES + 1
+        rjmp    3f
+2:      ld      vl, X+
+        ld      vh, X+
+        ld      dl, Z+
+        ld      dh, Z+
+        mul     dl, vl
+        add     sum0, r0
+        adc     sum1, r1
+        adc     sum2, zero
+        adc     sum3, zero
+        mulsu   dh, vl
+        sbc     sum3, zero
+        add     sum1, r0
+        adc     sum2, r1
+        adc     sum3, zero
+3:      mulsu   vh, dl
+        sbc     sum3, zero
+        add     sum1, r0
+        adc     sum2, r1
+        adc     sum3, zero
+        muls    dh, vh
+        add     sum2, r0
+        adc     sum3, r1
+        dec     cols
+        brne    2b
+        push    sum2
+        push    sum3
+        sbiw    r26, 2 * AXES
+        dec     rows
+        brne    1b
+
+        movw    r30, r26
+        adiw    r30, 2 * AXES
+        ldi     rows, AXES
         clt
-        rail    xl, xh
-        rail    yl, yh
-        rail    zl, zh
-        row     xl, xh
-        row     yl, yh
-        row     zl, zh
-        clr     r25
+4:      sbiw    r30, 2
+        ldd     vl, Z+0
+        ldd     vh, Z+1
+        movw    dl, vl
+        subi    dl, 0xFF        ; 0x7FFF becomes 0, 0x8000 becomes 1
+        sbci    dh, 0x7F
+        lsr     dl
+        or      dl, dh
+        brne    5f
+        set
+5:      pop     dh
+        pop     dl
+        add     vl, dl
+        adc     vh, dh
+        brvc    6f
+        set
+        ldi     vl, 0xFF        ; LDI leaves the flags: it looks negative if it was too large
+        ldi     vh, 0x7F
+        brmi    6f
+        ldi     vl, 0x00
+        ldi     vh, 0x80
+6:      std     Z+0, vl
+        std     Z+1, vh
+        dec     rows
+        brne    4b
         clr     r24
         bld     r24, 0
         clr     r1
@@ -135,7 +120,5 @@ port_imu_cal:
         pop     r17
         pop     r16
         pop     r15
-        pop     r14
-        pop     r13
         ret
         .size   port_imu_cal, . - port_imu_cal

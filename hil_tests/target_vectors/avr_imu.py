@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import groupby
+from collections.abc import Mapping, Sequence
 
 from target_vectors.avr_core import AvrCore
 
@@ -26,28 +25,34 @@ REST_LAYOUT = {
 }
 
 
-def imu_cal(
-    core: AvrCore,
-    matrix_q16: Sequence[int],
-    offset_q16: Sequence[int],
-    slope_q16: Sequence[int],
-    raws: Iterable[Sequence[int]],
-    above_reference: Iterable[int],
-) -> tuple[list[tuple[int, ...]], int]:
-    """Calibrated vectors and the count of clipped ones; the matrix row by row."""
-    config = struct.pack("<9h3h3i", *matrix_q16, *slope_q16, *offset_q16)
-    if core.request("i", config) != b"\1":
+def imu_cal_init(core: AvrCore, matrix_q16: Sequence[int], offset_q3: Sequence[int]) -> None:
+    """Begin with these constants; the matrix row by row."""
+    if core.request("i", struct.pack("<9h3h", *matrix_q16, *offset_q3)) != b"\1":
         raise ValueError("the chip refuses the calibration")
+
+
+def imu_cal_apply(
+    core: AvrCore, raws: Sequence[Sequence[int]]
+) -> tuple[list[tuple[int, ...]], int]:
+    """Calibrated vectors and the count of clipped ones."""
     results: list[tuple[int, ...]] = []
-    pairs = zip(above_reference, raws, strict=True)
-    for warmth, group in groupby(pairs, key=lambda pair: pair[0]):
-        core.request("t", struct.pack("<h", warmth))
-        vectors = [raw for _, raw in group]
-        for at in range(0, len(vectors), VECTORS_PER_REQUEST):
-            part = vectors[at : at + VECTORS_PER_REQUEST]
-            payload = b"".join(struct.pack("<3h", *raw) for raw in part)
-            results += struct.iter_unpack("<3h", core.request("I", payload))
+    for at in range(0, len(raws), VECTORS_PER_REQUEST):
+        payload = b"".join(struct.pack("<3h", *raw) for raw in raws[at : at + VECTORS_PER_REQUEST])
+        results += struct.iter_unpack("<3h", core.request("I", payload))
     return results, struct.unpack("<H", core.request("j"))[0]
+
+
+def imu_cal_at_temperature(core: AvrCore, slope_q16: Sequence[int], warmth: int) -> tuple[int, ...]:
+    """offset_q3 of what imu_cal_init was given, at this temperature above the reference."""
+    return struct.unpack("<3h", core.request("t", struct.pack("<4h", *slope_q16, warmth)))
+
+
+def imu_cal_turn(core: AvrCore, orientation: int, vector: Sequence[int]) -> tuple[int, ...] | None:
+    """The vector on the board's axes; None where the chip finds the orientation unlawful."""
+    lawful, *turned = struct.unpack(
+        "<B3h", core.request("o", struct.pack("<B3h", orientation, *vector))
+    )
+    return tuple(turned) if lawful else None
 
 
 def rest(

@@ -17,16 +17,36 @@ def rows(vector, *columns):
     return list(zip(*(vector[column] for column in columns), strict=True))
 
 
-@pytest.mark.parametrize("vector", golden("imu_cal_"), ids=str)
+def words(vector, name):
+    return [int(word) for word in vector.parameters[name].split()]
+
+
+@pytest.mark.parametrize("vector", golden("imu_cal_apply_"), ids=str)
 def test_imu_cal_reproduces_vector_bit_for_bit_on_avr(avr, vector):
-    constants = (
-        [int(word) for word in vector.parameters[name].split()]
-        for name in ("matrix_q16", "offset_q16", "slope_q16")
-    )
+    avr_imu.imu_cal_init(avr, words(vector, "matrix_q16"), words(vector, "offset_q3"))
     raws = rows(vector, "raw_x_counts", "raw_y_counts", "raw_z_counts")
-    results, clipped = avr_imu.imu_cal(avr, *constants, raws, vector["above_reference_counts"])
+    results, clipped = avr_imu.imu_cal_apply(avr, raws)
     assert results == rows(vector, "true_x_counts", "true_y_counts", "true_z_counts")
     assert clipped == vector.parameter("clipped")
+
+
+@pytest.mark.parametrize("vector", golden("imu_cal_temperature"), ids=str)
+def test_imu_cal_offsets_follow_the_temperature_bit_for_bit_on_avr(avr, vector):
+    avr_imu.imu_cal_init(avr, [0] * 9, words(vector, "offset_q3"))
+    slope = words(vector, "slope_q16")
+    for warmth, *offset in rows(
+        vector, "above_reference_counts", *(f"offset_{axis}_q3" for axis in "xyz")
+    ):
+        assert avr_imu.imu_cal_at_temperature(avr, slope, warmth) == tuple(offset)
+
+
+@pytest.mark.parametrize("vector", golden("imu_cal_turn"), ids=str)
+def test_imu_cal_turns_bit_for_bit_on_avr_and_only_as_a_part_can_stand(avr, vector):
+    columns = (f"{side}_{axis}_counts" for side in ("part", "board") for axis in "xyz")
+    for orientation, *counts in rows(vector, "orientation", *columns):
+        assert avr_imu.imu_cal_turn(avr, orientation, counts[:3]) == tuple(counts[3:])
+    for orientation in set(range(256)) - set(vector["orientation"]):
+        assert avr_imu.imu_cal_turn(avr, orientation, (1, 2, 3)) is None
 
 
 @pytest.mark.parametrize("vector", golden("rest_"), ids=str)

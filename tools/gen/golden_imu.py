@@ -37,47 +37,75 @@ def _words(values) -> str:
     return " ".join(str(value) for value in values)
 
 
+CORNERS = [(0, 0, 0), (1, -1, 2048), (LOW, LOW, LOW), (HIGH, HIGH, HIGH), (LOW, HIGH, LOW)]
+
+
 def imu_cal_drafts() -> Iterator[Draft]:
     """Identity, a usual board, one at the bounds of imu_cal.h."""
     rng = random.Random(SEED + 20)
-    usual = ([[1966, -655, 300], [41, -3277, 1311], [-20, 999, 77]], [3 << 16, -1_234_567, 45], [
-        501, -77, 4000
-    ])  # fmt: skip
-    bounds = ([[32767, 0, 0], [-10923, 10922, -10922], [0, 0, -32767]], [
-        (1 << 29) - 1, 1 - (1 << 29), 0
-    ], [16384, -16384, 0])  # fmt: skip
+    usual = ([[1966, -655, 300], [41, -3277, 1311], [-20, 999, 77]], [24, -151, 3])
+    bounds = ([[32767, 0, 0], [-10923, 10922, -10922], [0, 0, -32767]], [HIGH, LOW, 0])
     cases = {
-        "identity": (
-            "without constants every value is passed on",
-            ([[0] * 3] * 3, [0] * 3, [0] * 3),
-        ),
-        "usual": ("scale, cross-axes, offsets and their slopes of a usual board", usual),
+        "identity": ("without constants every value is passed on", ([[0] * 3] * 3, [0] * 3)),
+        "usual": ("scale, cross-axes and offsets of a usual board", usual),
         "bounds": ("constants at the bounds: sums of 32 bits, results that saturate", bounds),
     }
-    for name, (shows, (matrix, offset, slope)) in cases.items():
-        raws = [(0, 0, 0), (1, -1, 2048), (LOW, LOW, LOW), (HIGH, HIGH, HIGH), (LOW, HIGH, LOW)]
-        raws += [_vector(rng, spread) for spread in (40, 2048, 32767) for _ in range(20)]
-        warmths = [0, 340, LOW, HIGH, HIGH] + [
-            rng.choice((0, LOW, HIGH, 340, -77)) for _ in raws[5:]
-        ]
-        results, clipped = exact_imu.imu_cal(raws, matrix, offset, slope, warmths)
-        rows = [(*r, w, *t) for r, w, t in zip(raws, warmths, results, strict=True)]
+    for name, (shows, (matrix, offset)) in cases.items():
+        raws = CORNERS + [_vector(rng, spread) for spread in (40, 2048, 32767) for _ in range(20)]
+        results, clipped = exact_imu.imu_cal(raws, matrix, offset)
         yield Draft(
-            f"imu_cal_{name}",
+            f"imu_cal_apply_{name}",
             f"imu_cal: {shows}",
             {f"raw_{axis}_counts": INT16 for axis in AXES}
-            | {"above_reference_counts": "temperature, counts, int16"}
             | {f"true_{axis}_counts": INT16 for axis in AXES},
-            rows,
+            [(*r, *t) for r, t in zip(raws, results, strict=True)],
             origin=ORIGIN,
             seed=str(SEED + 20),
             parameters={
                 "matrix_q16": _words(value for row in matrix for value in row),
-                "offset_q16": _words(offset),
-                "slope_q16": _words(slope),
+                "offset_q3": _words(offset),
                 "clipped": str(clipped),
             },
         )
+
+
+def imu_cal_temperature_drafts() -> Iterator[Draft]:
+    """Offsets of a sensor that warms, up to their limits."""
+    rng = random.Random(SEED + 22)
+    offset, slope = [24, -32000, 32000], [501, -16384, 16384]
+    warmths = [0, 1, -1, 340, LOW, HIGH] + [rng.randint(LOW, HIGH) for _ in range(30)]
+    yield Draft(
+        "imu_cal_temperature",
+        "imu_cal: offsets follow the temperature, half up, up to their limits",
+        {"above_reference_counts": "temperature, counts, int16"}
+        | {f"offset_{axis}_q3": "counts, Q3 in int16" for axis in AXES},
+        [(w, *exact_imu.offset_at_temperature(offset, slope, w)) for w in warmths],
+        origin=ORIGIN,
+        seed=str(SEED + 22),
+        parameters={"offset_q3": _words(offset), "slope_q16": _words(slope)},
+    )
+
+
+def imu_cal_turn_drafts() -> Iterator[Draft]:
+    """All orientations that a part can have on a board."""
+    rng = random.Random(SEED + 23)
+    rows = []
+    for orientation in range(64):
+        for vector in [(1, 2, 3), *CORNERS[1:], _vector(rng, 32767)]:
+            try:
+                rows.append((orientation, *vector, *exact_imu.imu_cal_turn(orientation, vector)))
+            except ValueError:  # none of the 24
+                break
+    yield Draft(
+        "imu_cal_turn",
+        "imu_cal: each of the 24 orientations, limited at the rail",
+        {"orientation": "code of imu_cal.h"}
+        | {f"part_{axis}_counts": INT16 for axis in AXES}
+        | {f"board_{axis}_counts": INT16 for axis in AXES},
+        rows,
+        origin=ORIGIN,
+        seed=str(SEED + 23),
+    )
 
 
 def _lying(rng: random.Random, count: int, bias, gravity: int = 2048):
@@ -150,4 +178,9 @@ def rest_drafts() -> Iterator[Draft]:
 
 def drafts() -> list[Draft]:
     """All of both."""
-    return [*imu_cal_drafts(), *rest_drafts()]
+    return [
+        *imu_cal_drafts(),
+        *imu_cal_temperature_drafts(),
+        *imu_cal_turn_drafts(),
+        *rest_drafts(),
+    ]

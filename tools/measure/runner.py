@@ -91,6 +91,7 @@ def _cases() -> dict[str, Case]:
             "weight_kf_adaptive_pair_update", runner_adaptive.drive_pair
         ),
         "imu_cal": Case("imu_cal_apply", runner_imu.drive_imu_cal),
+        "imu_cal_turn": Case("imu_cal_turn", runner_imu.drive_imu_turn),
         "rest": Case("rest_update", runner_imu.drive_rest),
         **{
             key: Case(function, runner_mahony.drive, runner_mahony.prepare)

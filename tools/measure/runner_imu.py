@@ -14,13 +14,21 @@ def _rows(vector: Vector, *columns: str) -> list[tuple[int, ...]]:
 
 def drive_imu_cal(core: AvrCore) -> None:
     """Usual and extreme constants, rails included."""
-    for vector in golden("imu_cal_"):
+    for vector in golden("imu_cal_apply_"):
         constants = (
             [int(word) for word in vector.parameters[name].split()]
-            for name in ("matrix_q16", "offset_q16", "slope_q16")
+            for name in ("matrix_q16", "offset_q3")
         )
-        raws = _rows(vector, *(f"raw_{axis}_counts" for axis in "xyz"))
-        avr_imu.imu_cal(core, *constants, raws, vector["above_reference_counts"])
+        avr_imu.imu_cal_init(core, *constants)
+        avr_imu.imu_cal_apply(core, _rows(vector, *(f"raw_{axis}_counts" for axis in "xyz")))
+
+
+def drive_imu_turn(core: AvrCore) -> None:
+    """Each orientation."""
+    for vector in golden("imu_cal_turn"):
+        columns = ("orientation", *(f"part_{axis}_counts" for axis in "xyz"))
+        for orientation, *counts in _rows(vector, *columns):
+            avr_imu.imu_cal_turn(core, orientation, counts)
 
 
 def drive_rest(core: AvrCore) -> None:

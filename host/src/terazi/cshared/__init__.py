@@ -23,7 +23,7 @@ from terazi.cshared.filters import (
     weight_kf_block,
 )
 from terazi.cshared.frames import Frame, FrameDecoder, crc16, encode_frame
-from terazi.cshared.imu import REST_RATES, ImuCal, Rest
+from terazi.cshared.imu import REST_RATES, ImuCal, ImuTurn, Rest
 from terazi.cshared.ins import Ins
 from terazi.cshared.mahony import MAHONY_CONFIGS, Mahony, mahony_block
 from terazi.cshared.payloads import WIRE_FINGERPRINT, pack_message, unpack_message
@@ -55,6 +55,7 @@ __all__ = [
     "Frame",
     "FrameDecoder",
     "ImuCal",
+    "ImuTurn",
     "Ins",
     "Mahony",
     "Rest",

@@ -18,6 +18,7 @@ REST_RATES = tuple(
 )
 """Rates of rest.toml."""
 
+SLOPE_MAX = 1 << 14  # imu_cal.h
 AT_REST, BIAS_KNOWN = lib.REST_AT_REST, lib.REST_BIAS_KNOWN
 
 
@@ -42,27 +43,26 @@ def pointer(array: np.ndarray):
 class ImuCal(CState):
     """Calibration of one sensor of three axes (imu_cal.h).
 
-    matrix_q16 : (3, 3) M - I;  offset_q16, slope_q16 : (3,), after M. Without any: identity.
+    matrix_q16 : (3, 3) M - I;  offset_q3 : (3,), after M. Without any: identity.
         terazi.models.imu_cal.config makes them from true constants.
     """
 
     def __init__(
         self,
         matrix_q16: Sequence[Sequence[int]] = ((0, 0, 0),) * 3,
-        offset_q16: Sequence[int] = (0, 0, 0),
-        slope_q16: Sequence[int] = (0, 0, 0),
+        offset_q3: Sequence[int] = (0, 0, 0),
     ):
         fields = {
             "matrix_q16": [[int(each) for each in row] for row in matrix_q16],
-            "offset_q16": [int(each) for each in offset_q16],
-            "slope_q16": [int(each) for each in slope_q16],
+            "offset_q3": [int(each) for each in offset_q3],
         }
         try:
-            self._config = ffi.new("imu_cal_config_t *", fields)
+            self._reference = ffi.new("imu_cal_config_t *", fields)
         except OverflowError as error:
             raise ValueError(f"calibration: {error}") from None
-        if not lib.imu_cal_is_lawful(self._config):
-            raise ValueError("a row of matrix_q16, an offset or a slope is beyond imu_cal.h")
+        if not lib.imu_cal_is_lawful(self._reference):
+            raise ValueError("a row of matrix_q16 is beyond imu_cal.h")
+        self._config = self._reference
         self._c = ffi.new("imu_cal_t *")
         lib.imu_cal_init(self._c, self._config)
 
@@ -71,22 +71,61 @@ class ImuCal(CState):
         """Vectors with a value on a rail so far, stops at 65535."""
         return self._c.clipped
 
-    def set_temperature(self, above_reference_counts: int) -> None:
-        """From now on the sensor is so much warmer than at the reference."""
-        lib.imu_cal_set_temperature(self._c, above_reference_counts)
+    @property
+    def offset_q3(self) -> tuple[int, int, int]:
+        """After M, counts, at the present temperature."""
+        return tuple(self._config.offset_q3)
+
+    def set_temperature(self, above_reference_counts: int, slope_q16: Sequence[int]) -> None:
+        """From now on the sensor is so much warmer than at the reference.
+
+        slope_q16 : (3,), after M, terazi.models.imu_cal.slope_q16. Not part of what save() gives.
+        """
+        slope = [int(each) for each in slope_q16]
+        if max(map(abs, slope)) > SLOPE_MAX:
+            raise ValueError("a slope is beyond imu_cal.h")
+        self._config = ffi.new("imu_cal_config_t *")
+        lib.imu_cal_at_temperature(
+            self._reference, ffi.new("int16_t[3]", slope), above_reference_counts, self._config
+        )
+        self._c.config = self._config
 
     def apply(self, raw_b_counts: Sequence[int]) -> tuple[int, int, int]:
         """Calibrate one vector."""
         vector = ffi.new("int16_t[3]", [int(each) for each in raw_b_counts])
-        lib.imu_cal_apply(self._c, vector, vector)
+        lib.imu_cal_apply(self._c, vector)
         return tuple(vector)
 
     def block(self, raw_b_counts) -> np.ndarray:
         """Calibrate (n, 3) vectors; gives (n, 3) int16."""
-        raw = int16_vectors(raw_b_counts, "raw values")
-        calibrated = np.empty_like(raw)
-        lib.imu_blocks_cal(self._c, pointer(raw), pointer(calibrated), len(raw))
+        calibrated = int16_vectors(raw_b_counts, "raw values").copy()
+        lib.imu_blocks_cal(self._c, pointer(calibrated), len(calibrated))
         return calibrated
+
+
+class ImuTurn:
+    """From a part's axes to the board's (imu_cal_turn of imu_cal.h).
+
+    orientation : code of imu_cal.h, as in the settings imu.orientation and mag.orientation;
+        terazi.models.imu_cal.ORIENTATIONS names all of them. The usual one turns nothing.
+    """
+
+    def __init__(self, orientation: int = lib.IMU_CAL_UPRIGHT):
+        if not 0 <= orientation <= 255 or not lib.imu_cal_orientation_is_lawful(orientation):
+            raise ValueError(f"no orientation {orientation} in imu_cal.h")
+        self.orientation = orientation
+
+    def apply(self, vector_counts: Sequence[int]) -> tuple[int, int, int]:
+        """Turn one vector."""
+        vector = ffi.new("int16_t[3]", [int(each) for each in vector_counts])
+        lib.imu_cal_turn(self.orientation, vector)
+        return tuple(vector)
+
+    def block(self, vectors_counts) -> np.ndarray:
+        """Turn (n, 3) vectors; gives (n, 3) int16."""
+        turned = int16_vectors(vectors_counts, "vectors").copy()
+        lib.imu_blocks_turn(self.orientation, pointer(turned), len(turned))
+        return turned
 
 
 class Rest(CState):

@@ -5,11 +5,15 @@
 
 enum { AXES = 3 };
 
-void imu_blocks_cal(imu_cal_t *cal, const int16_t raw_b_counts[], int16_t true_b_counts[],
-                    size_t count)
+void imu_blocks_cal(imu_cal_t *cal, int16_t vectors_b_counts[], size_t count)
+{
+    for (size_t at = 0U; at < count; ++at) { imu_cal_apply(cal, &vectors_b_counts[AXES * at]); }
+}
+
+void imu_blocks_turn(uint8_t orientation, int16_t vectors_b_counts[], size_t count)
 {
     for (size_t at = 0U; at < count; ++at) {
-        imu_cal_apply(cal, &raw_b_counts[AXES * at], &true_b_counts[AXES * at]);
+        imu_cal_turn(orientation, &vectors_b_counts[AXES * at]);
     }
 }
 

@@ -9,9 +9,10 @@
 #include "imu_cal.h"
 #include "rest.h"
 
-/* Vectors lie one behind the other: three values each. */
-void imu_blocks_cal(imu_cal_t *cal, const int16_t raw_b_counts[], int16_t true_b_counts[],
-                    size_t count);
+/* Vectors lie one behind the other, three values each, and are changed where they lie. */
+void imu_blocks_cal(imu_cal_t *cal, int16_t vectors_b_counts[], size_t count);
+
+void imu_blocks_turn(uint8_t orientation, int16_t vectors_b_counts[], size_t count);
 
 /* A bias of three values and flags after each sample. */
 void imu_blocks_rest(rest_t *rest, const int16_t gyro_b_counts[], const int16_t acc_b_counts[],

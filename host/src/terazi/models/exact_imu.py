@@ -16,35 +16,54 @@ Vector = Sequence[int]
 
 
 def imu_cal(
-    raws: Iterable[Vector],
-    matrix_q16: Sequence[Vector],
-    offset_q16: Vector,
-    slope_q16: Vector = (0, 0, 0),
-    above_reference: Iterable[int] | None = None,
+    raws: Iterable[Vector], matrix_q16: Sequence[Vector], offset_q3: Vector
 ) -> tuple[list[tuple[int, ...]], int]:
-    """Calibrated vectors of imu_cal.h and its count of clipped ones.
-
-    above_reference : temperature in counts at each vector; None: the reference's throughout.
-    """
-    raws = list(raws)
-    warmths = [0] * len(raws) if above_reference is None else list(above_reference)
+    """Calibrated vectors of imu_cal.h and its count of clipped ones."""
     results, clipped = [], 0
-    for raw, warmth in zip(raws, warmths, strict=True):
+    for raw in raws:
         wanted = [
             raw[row]
             + rounded_shift(
                 sum(d * value for d, value in zip(matrix_q16[row], raw, strict=True))
-                - offset_q16[row]
-                - slope_q16[row] * warmth,
+                - (offset_q3[row] << 13),
                 16,
             )
             for row in range(3)
         ]
-        limited = tuple(min(max(value, INT16_MIN), INT16_MAX) for value in wanted)
-        if any(value in RAILS for value in (*raw, *limited)):
+        limited = [_limited(value) for value in wanted]
+        if limited != wanted or any(value in RAILS for value in raw):
             clipped = min(clipped + 1, COUNTER_MAX)
-        results.append(limited)
+        results.append(tuple(limited))
     return results, clipped
+
+
+def _limited(value: int) -> int:
+    return min(max(value, INT16_MIN), INT16_MAX)
+
+
+def offset_at_temperature(
+    offset_q3: Vector, slope_q16: Vector, above_reference: int
+) -> tuple[int, ...]:
+    """offset_q3 of a sensor so much warmer, imu_cal.h."""
+    return tuple(
+        _limited(offset + rounded_shift(slope * above_reference, 13))
+        for offset, slope in zip(offset_q3, slope_q16, strict=True)
+    )
+
+
+def imu_cal_turn(orientation: int, vector: Vector) -> tuple[int, ...]:
+    """A vector on the board's axes, imu_cal.h; ValueError where no board can stand so."""
+    axes = [orientation & 3, orientation >> 3 & 3]
+    if not 0 <= orientation < 64 or 3 in axes or axes[0] == axes[1]:
+        raise ValueError(f"no orientation {orientation}")
+    rows = [[0, 0, 0], [0, 0, 0]]
+    for row, axis, negated in zip(rows, axes, (orientation & 4, orientation & 32), strict=True):
+        row[axis] = -1 if negated else 1
+    x, y = rows
+    z = [x[i - 2] * y[i - 1] - x[i - 1] * y[i - 2] for i in range(3)]
+    return tuple(
+        _limited(sum(e * value for e, value in zip(row, vector, strict=True))) for row in (x, y, z)
+    )
 
 
 class Rest:
