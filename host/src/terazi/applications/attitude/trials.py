@@ -33,6 +33,7 @@ SCALARS = {
     "acc_lsb_per_g": ACC_COUNTS_PER_G,
     "mag_lsb_per_uT": MAG_COUNTS_PER_UT,
 }
+SCALE_OF = {"gyr": "gyr_lsb_per_dps", "acc": "acc_lsb_per_g", "mag": "mag_lsb_per_uT"}
 
 
 @dataclass(frozen=True)
@@ -70,24 +71,18 @@ def find_trials(folder: Path) -> list[Path]:
 
 def load_trial(path: Path) -> Trial:
     """Read one file; CannotRead says which field is wrong, and how."""
-    fields = _fields(path)
-    count = fields["gyr"].shape[0] if fields["gyr"].ndim else 0
-    for name, width in ARRAYS.items():
-        shape = (count, width) if width else (count,)
-        if fields[name].shape != shape:
-            raise CannotRead(f"{path}: {name} has the shape {fields[name].shape}, not {shape}")
-    rate_hz = fields["sampling_rate"]
-    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
-        raise CannotRead(f"{path}: a rate of {rate_hz:g} Hz; {RATES_HZ[0]:g} to {RATES_HZ[1]:g} do")
+    fields = read_fields(path, needed=tuple(ARRAYS))
+    rate_hz = rate_of(path, fields)
+    count = len(fields["gyr"])
     if count < SHORTEST_S * rate_hz:
         raise CannotRead(f"{path}: {count} samples are less than {SHORTEST_S:g} s")
     trial = Trial(
         name=path.stem,
         rate_hz=rate_hz,
-        gyro_b_counts=_counts(path, fields, "gyr", "gyr_lsb_per_dps"),
-        acc_b_counts=_counts(path, fields, "acc", "acc_lsb_per_g"),
-        mag_b_counts=_counts(path, fields, "mag", "mag_lsb_per_uT"),
-        truth_wb=_unit(fields["quat"]),
+        gyro_b_counts=chip_counts(path, fields, "gyr"),
+        acc_b_counts=chip_counts(path, fields, "acc"),
+        mag_b_counts=chip_counts(path, fields, "mag"),
+        truth_wb=unit_quaternions(fields["quat"]),
         moving=fields["movement"] == 1,
     )
     if not trial.scored.any():
@@ -95,15 +90,33 @@ def load_trial(path: Path) -> Trial:
     return trial
 
 
-def _fields(path: Path) -> dict:
-    """Arrays and scalars as float64."""
+def rate_of(path: Path, fields: dict) -> float:
+    """The sampling rate, within what the filters are for."""
+    rate_hz = fields["sampling_rate"]
+    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+        raise CannotRead(f"{path}: a rate of {rate_hz:g} Hz; {RATES_HZ[0]:g} to {RATES_HZ[1]:g} do")
+    return rate_hz
+
+
+def read_fields(path: Path, *, needed: tuple[str, ...]) -> dict:
+    """Arrays and scalars as float64; arrays that are not needed only where the file has them."""
+    fields = _fields(path, needed)
+    count = fields["gyr"].shape[0] if fields["gyr"].ndim else 0
+    for name, width in ARRAYS.items():
+        shape = (count, width) if width else (count,)
+        if name in fields and fields[name].shape != shape:
+            raise CannotRead(f"{path}: {name} has the shape {fields[name].shape}, not {shape}")
+    return fields
+
+
+def _fields(path: Path, needed: tuple[str, ...]) -> dict:
     found: dict = {}
     try:
         with path.open("rb") as stream:  # ours to close: numpy forgets it where the zip is broken
             archive = np.load(stream, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise CannotRead(f"{path}: no .npz archive")
-            missing = [name for name in ARRAYS if name not in archive.files]
+            missing = [name for name in needed if name not in archive.files]
             if missing:
                 raise CannotRead(f"{path}: lacks {', '.join(missing)}")
             for name in (*ARRAYS, *SCALARS):
@@ -121,16 +134,16 @@ def _fields(path: Path) -> dict:
     return found
 
 
-def _counts(path: Path, fields: dict, name: str, scale: str) -> np.ndarray:
+def chip_counts(path: Path, fields: dict, name: str) -> np.ndarray:
     """(n, 3) int16 in the chip's counts, limited as the chip's converter would."""
-    values = fields[name]
+    values, scale = fields[name], SCALE_OF[name]
     if not np.isfinite(values).all():
         raise CannotRead(f"{path}: {name} holds what is no number")
     chip = np.rint(values * (SCALARS[scale] / fields[scale]))
     return np.ascontiguousarray(np.clip(chip, -32768, 32767).astype(np.int16))
 
 
-def _unit(quats: np.ndarray) -> np.ndarray:
+def unit_quaternions(quats: np.ndarray) -> np.ndarray:
     """Unit quaternions; NaN where there is none."""
     norms = np.linalg.norm(quats, axis=1)
     norms[~np.isfinite(norms) | (norms == 0)] = np.nan
