@@ -2,14 +2,16 @@
 #include "rate.h"
 
 #include "port_reach.h"
+#include "scale_wide.h"
 
-/* No HX711 is faster than 144 Hz or slower than 9; 63 of the longest sum up to less than 2^24. */
-#define INTERVAL_MIN_US 6250UL   /* 160 Hz */
-#define INTERVAL_MAX_US 200000UL /* 5 Hz */
+/* No HX711 is faster than 144 Hz or slower than 9. */
+#define INTERVAL_MIN_8US (6250U / 8U)   /* 160 Hz */
+#define INTERVAL_MAX_8US (200000U / 8U) /* 5 Hz: 63 of them are less than 2^24 us */
 
-enum { START_SHIFT = 4, MAX_SHIFT = 6 }; /* a mean of so many intervals */
+enum { START_SHIFT = 4 + 3, MAX_SHIFT = 6 + 3 }; /* a mean of so many intervals, of 8 us */
 
-_Static_assert(RATE_START_INTERVALS == 1 << START_SHIFT && RATE_MAX_INTERVALS == 1 << MAX_SHIFT,
+_Static_assert(RATE_START_INTERVALS == 1 << (START_SHIFT - 3) &&
+                   RATE_MAX_INTERVALS == 1 << (MAX_SHIFT - 3),
                "a mean is a shift");
 
 void rate_init(rate_t *rate)
@@ -17,100 +19,74 @@ void rate_init(rate_t *rate)
     *rate = (rate_t){0};
 }
 
-static __attribute__((noinline)) void start_over(rate_t *rate, uint32_t interval_us)
-{
-    rate->period_us = interval_us;
-    rate->sum_us    = interval_us;
-    rate->intervals = 1;
-    rate->refused   = 0;
-}
-
 static bool is_known(const rate_t *rate)
 {
     return rate->intervals >= RATE_START_INTERVALS;
 }
 
-/* Within 1/8 of the mean until the rate is known, then within 1/64. One copy: it is asked twice. */
-static bool agrees(const rate_t *rate, uint32_t interval_us)
+/* Take in one interval that is possible; true if what rate_period_8us says has changed. */
+static bool take(rate_t *rate, uint32_t interval_us, uint16_t interval_8us, bool agrees)
 {
-    const uint32_t period_us    = rate->period_us;
-    const uint32_t tolerance_us = period_us >> (is_known(rate) ? 6U : 3U);
+    const bool was_known = is_known(rate);
+    uint8_t    shift     = START_SHIFT;
 
-    return interval_us - (period_us - tolerance_us) <= 2U * tolerance_us; /* modulo 2^32 */
-}
-
-static bool is_possible(uint32_t interval_us)
-{
-    return interval_us - INTERVAL_MIN_US <= INTERVAL_MAX_US - INTERVAL_MIN_US;
-}
-
-bool rate_update(rate_t *rate, uint32_t interval_us)
-{
-    rate = PORT_REACH(rate);
-
-    if (!is_possible(interval_us)) { return false; }
-    if (rate->period_us == 0U) {
-        start_over(rate, interval_us);
-        return false;
-    }
-    if (!agrees(rate, interval_us)) {
-        const bool was_known = is_known(rate);
-        const bool shorter   = interval_us < rate->period_us && !was_known;
+    if (!agrees) {
+        const bool shorter = interval_8us < rate->period_8us && !was_known;
         rate->refused++;
-        if (!shorter && rate->refused < RATE_REFUSALS) { return false; }
-        start_over(rate, interval_us);
+        if (!shorter && rate->refused < RATE_REFUSALS && rate->period_8us != 0U) { return false; }
+        rate->period_8us = interval_8us;
+        rate->sum_us     = interval_us;
+        rate->intervals  = 1;
+        rate->refused    = 0;
         return was_known;
     }
 
-    rate->refused = 0;
-    rate->sum_us += interval_us;
+    uint32_t sum_us = rate->sum_us + interval_us;
+    rate->refused   = 0;
     rate->intervals++;
-    const bool is_full = rate->intervals == RATE_MAX_INTERVALS;
-    if (!is_full && rate->intervals != RATE_START_INTERVALS) { return false; }
-    rate->period_us = rate->sum_us >> (is_full ? MAX_SHIFT : START_SHIFT);
-    if (is_full) {
-        rate->sum_us /= 2U;
+    rate->sum_us = sum_us;
+    if (rate->intervals == RATE_MAX_INTERVALS) {
+        rate->sum_us    = sum_us >> 1;
         rate->intervals = RATE_MAX_INTERVALS / 2;
+        shift           = MAX_SHIFT;
+    } else if (rate->intervals != RATE_START_INTERVALS) {
+        return false;
     }
+    rate->period_8us = (uint16_t)(sum_us >> shift);
     return true;
 }
 
-__attribute__((noinline)) uint32_t rate_period_us(const rate_t *rate)
+uint8_t rate_take(rate_t *rate, uint32_t interval_us, uint8_t *missed)
 {
-    return is_known(rate) ? rate->period_us : 0U;
+    rate = PORT_REACH(rate);
+
+    const uint16_t period_8us = rate->period_8us;
+    const uint32_t whole_8us  = interval_us >> 3;
+    uint16_t       left_8us   = whole_8us > UINT16_MAX ? UINT16_MAX : (uint16_t)whole_8us;
+    const bool     known      = is_known(rate);
+    /* Within 1/8 of the mean until the rate is known, then within 1/64. */
+    const uint16_t tolerance_8us = period_8us >> (known ? 6U : 3U);
+    const bool     agrees = (uint16_t)(left_8us - period_8us + tolerance_8us) <= 2U * tolerance_8us;
+    const bool     possible = (uint16_t)(left_8us - INTERVAL_MIN_8US) <=
+                          INTERVAL_MAX_8US - INTERVAL_MIN_8US;
+    uint8_t answer = (known ? agrees : possible) ? RATE_IS_NEXT : 0U;
+
+    if (possible && take(rate, interval_us, left_8us, agrees)) { answer |= RATE_CHANGED; }
+    *missed = 0U;
+    if (known) {
+        for (; left_8us > period_8us + period_8us / 2U; left_8us -= period_8us) { ++*missed; }
+    }
+    return answer;
 }
 
-/* intervals * 10^6 * 2^16 / sum_us as a long division in three steps, for the dividend has 42 bits
- * and a 64-bit division would be the only one in the image. */
-uint32_t rate_hz_q16(const rate_t *rate)
+uint16_t rate_period_8us(const rate_t *rate)
+{
+    return is_known(rate) ? rate->period_8us : 0U;
+}
+
+/* intervals / sum_us, by half seconds to 2^7 us, as a share of 2^32: Hz in Q24. */
+__attribute__((noinline)) uint32_t rate_hz_q16(const rate_t *rate)
 {
     if (!is_known(rate)) { return 0; }
-
-    uint32_t remainder = (uint32_t)rate->intervals * 1000000UL; /* <= 63e6 < 2^26 */
-    uint32_t quotient  = 0;
-
-    for (uint8_t step = 0; step < 3U; step++) { /* the first one gives < 2^16: periods >= 16 us */
-        quotient  = (quotient << 8) + remainder / rate->sum_us;
-        remainder = (remainder % rate->sum_us) << 8; /* < sum_us * 2^8 <= 2^32 */
-    }
-    return quotient;
-}
-
-bool rate_is_next(const rate_t *rate, uint32_t interval_us)
-{
-    if (!is_known(rate)) { return is_possible(interval_us); }
-    return agrees(rate, interval_us);
-}
-
-uint8_t rate_missed(const rate_t *rate, uint32_t interval_us)
-{
-    uint8_t missed = 0;
-
-    if (!is_known(rate)) { return 0; }
-    const uint32_t limit_us = rate->period_us + rate->period_us / 2U;
-    while (interval_us > limit_us && missed < UINT8_MAX) {
-        interval_us -= rate->period_us;
-        missed++;
-    }
-    return missed;
+    return scale_wide_ratio(rate->intervals * 500000UL, rate->sum_us << 7) >> 8;
 }

@@ -20,27 +20,28 @@
 enum { RATE_START_INTERVALS = 16, RATE_MAX_INTERVALS = 64, RATE_REFUSALS = 4 };
 
 typedef struct {
-    uint32_t period_us; /* candidate, later the mean as of the last refresh; 0: none yet */
-    uint32_t sum_us;    /* of `intervals` intervals in agreement, <= 2^24 */
-    uint8_t  intervals; /* 0..RATE_MAX_INTERVALS - 1 */
-    uint8_t  refused;   /* in a row */
+    uint32_t sum_us;     /* of `intervals` intervals in agreement, < 2^24 */
+    uint16_t period_8us; /* candidate, later the mean as of the last refresh; 0: none yet */
+    uint8_t  intervals;  /* 0..RATE_MAX_INTERVALS - 1 */
+    uint8_t  refused;    /* in a row */
 } rate_t;
+
+/* Bits of what rate_take answers. */
+enum {
+    RATE_IS_NEXT = 1, /* the conversions follow one another on the converter's beat: one period
+                       * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not
+                       * known, all do that an HX711 can give */
+    RATE_CHANGED = 2  /* rate_period_8us says another */
+};
 
 void rate_init(rate_t *rate);
 
-/* Take one interval; true if rate_period_us has changed. */
-bool rate_update(rate_t *rate, uint32_t interval_us);
+/* Take the interval between two conversions; *missed is how many were missing between them, 0
+ * while the rate is not known. */
+uint8_t rate_take(rate_t *rate, uint32_t interval_us, uint8_t *missed);
 
 /* 0 until it is known. */
-uint32_t rate_period_us(const rate_t *rate);
+uint16_t rate_period_8us(const rate_t *rate);
 uint32_t rate_hz_q16(const rate_t *rate);
-
-/* Whether conversions interval_us apart follow one another on the converter's beat: one period
- * within 1/64, where a real HX711 keeps to 1/10000. While the rate is not known, all do that an
- * HX711 can give. */
-bool rate_is_next(const rate_t *rate, uint32_t interval_us);
-
-/* Conversions missing between two that came interval_us apart; 0 while the rate is not known. */
-uint8_t rate_missed(const rate_t *rate, uint32_t interval_us);
 
 #endif

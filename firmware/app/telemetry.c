@@ -8,6 +8,7 @@
 #include "idle.h"
 #include "port_reach.h"
 #include "port_wide.h"
+#include "scale_wide.h"
 #include "setup.h"
 #include "stack.h"
 #include "store.h"
@@ -21,9 +22,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#define SECOND_US      1000000UL
-#define THOUSANDTH_Q32 4294967UL
-#define WEIGHT_256US   391U /* 10 a second */
+#define SECOND_US    1000000UL
+#define WEIGHT_256US 391U /* 10 a second */
 
 enum {
     FRAME_OVERHEAD = 1 + FRAME_WIRE_MAX - FRAME_PAYLOAD_MAX, /* with a delimiter before it */
@@ -235,11 +235,10 @@ static void close_second(telemetry_t *it, uint32_t elapsed_us)
 {
     const uint32_t slept_us = idle_take_slept_ticks() / 2U; /* ticks of 0.5 us */
     const uint32_t busy_us  = slept_us < elapsed_us ? elapsed_us - slept_us : 0U;
-    /* Behind a hold-up of seconds, the next one may be closed at once: not by 0. */
-    const uint32_t elapsed_ms = port_wide_high(elapsed_us, THOUSANDTH_Q32) | 1U;
 
-    it->cpu_busy_permille = (uint16_t)(busy_us / elapsed_ms); /* <= 1001 */
-    it->stack_free        = stack_free_bytes();
+    it->cpu_busy_permille = /* a share just below 1 where nothing was slept */
+        (uint16_t)port_wide_high(scale_wide_ratio(busy_us, elapsed_us), 1000U);
+    it->stack_free = stack_free_bytes();
     it->uptime_s++; /* for 136 years */
     health_note_one(MESSAGES_FAULT_FLAG_TELEMETRY_LOST, it->stream_lost);
     it->stream_lost = false;

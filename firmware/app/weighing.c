@@ -161,17 +161,15 @@ static COMPACT bool take_time(uint32_t device_us)
     beat.previous_us = device_us;
     beat.has_beat    = true;
     if (!had_beat) { return true; }
-    const bool    on_beat = rate_is_next(&shared.rest.rate, interval_us);
-    const uint8_t missed  = rate_missed(&shared.rest.rate, interval_us);
+    uint8_t       missed;
+    const uint8_t taken = rate_take(&shared.rest.rate, interval_us, &missed);
     if (missed != 0U) {
         counter_add(&counters.conversions_missed, missed);
         beat.missed_total = (uint16_t)(beat.missed_total + missed);
         beat.gap          = true;
     }
-    if (rate_update(&shared.rest.rate, interval_us)) {
-        hx711_set_period_us(rate_period_us(&shared.rest.rate));
-    }
-    return on_beat;
+    if ((taken & RATE_CHANGED) != 0U) { hx711_set_period_8us(rate_period_8us(&shared.rest.rate)); }
+    return (taken & RATE_IS_NEXT) != 0U;
 }
 
 /* What a filter has counted goes to where no restart clears it. */

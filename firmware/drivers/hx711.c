@@ -117,7 +117,7 @@ void hx711_init(hx711_gain_t gain)
     chip_t *const it = PORT_REACH(&chip);
 
     it->extra_pulses = gain;
-    hx711_set_period_us(0);
+    hx711_set_period_8us(0);
 
     HX711_PORT |= _BV(HX711_DOUT); /* pull-up, see uno_pins.h */
     HX711_PORT &= (uint8_t)~_BV(HX711_PD_SCK);
@@ -171,7 +171,7 @@ static hx711_status_t wait(chip_t *it, bool is_low)
     if (is_low && most > TIMEOUT_LOW) { most = TIMEOUT_LOW; }
     if ((uint16_t)(coarse(ticks_device_us()) - it->waiting_since) < most) { return HX711_NOTHING; }
     port_count(&it->counters.timeouts);
-    hx711_set_period_us(0);
+    hx711_set_period_8us(0);
     return restart(it, HX711_STATE_TIMED_OUT, is_low ? HX711_STUCK_LOW : HX711_TIMED_OUT);
 }
 
@@ -207,9 +207,9 @@ void hx711_set_gain(hx711_gain_t gain)
     if (it->state == HX711_STATE_RUNNING) { it->state = HX711_STATE_SETTLING; }
 }
 
-PORT_OUTLINE void hx711_set_period_us(uint32_t period_us)
+void hx711_set_period_8us(uint16_t period_8us)
 {
-    uint16_t period = coarse(period_us);
+    uint16_t period = period_8us >> (COARSE_SHIFT - 3);
 
     if (period < PERIOD_MIN) { period = PERIOD_MIN; }
     chip.latest = (uint16_t)(period - (period >> 6));

@@ -76,7 +76,7 @@ void hx711_set_gain(hx711_gain_t gain);
 /* Tell the period between conversions once it is known: a read that ends later than this after
  * DOUT fell has run into the next conversion. While it is 0, not known, the shortest possible one
  * holds; so it does after a time-out, for the converter may have another rate since. */
-void hx711_set_period_us(uint32_t period_us);
+void hx711_set_period_8us(uint16_t period_8us);
 
 /* The conversion just given came at a time that no conversion was due: the chip has started anew
  * without being told to, as after a loose contact. It and those after it settle. */
