@@ -10,16 +10,21 @@
  *   D2        PD2    hx711      DOUT, INT0 on its falling edge; pull-up on, so that an open cable
  *                               reads "not ready" instead of floating to "ready"
  *   D3        PD3    hx711      PD_SCK
+ *   D4        PD4    mpu6050    INT, PCINT20 on its edges; pull-up on, so that a line that nobody
+ *                               wired is quiet: samples are then paced by Timer1's compare A
  *   D13       PB5    led        the board's own LED
  *   A4        PC4    twi        SDA; pull-ups on, so that a bus without parts rests high
  *   A5        PC5    twi        SCL
  *
  *   timer     owner      use
  *   Timer1    ticks      free-running, 16 MHz / 8; overflow interrupt
+ *             mpu6050    OCR1A and its interrupt's bit in TIMSK1: paces samples where INT does not
  *   watchdog  watchdog   0.5 s, system reset
  *
  *   register  owner      use
- *   GPIOR0    idle       flags between interrupts and the main loop, reachable by sbi and cbi
+ *   GPIOR0    idle       flags between interrupts and the main loop, reachable by sbi and cbi;
+ *             mpu6050    two of them
+ *   GPIOR1    twi        bytes left of a transfer
  */
 #ifndef UNO_PINS_H
 #define UNO_PINS_H
@@ -51,9 +56,20 @@ _Static_assert(F_CPU == 16000000UL, "the drivers' timing is written for the Uno'
 #define TWI_SDA  PC4
 #define TWI_SCL  PC5
 
+#define TWI_LEFT GPIOR1
+
+/* mpu6050 */
+#define IMU_PORT     PORTD
+#define IMU_PIN      PIND
+#define IMU_INT      PD4
+#define IMU_PCINT    PCINT20
+#define IMU_INT_vect PCINT2_vect
+
 /* idle */
 #define IDLE_FLAGS      GPIOR0
 #define IDLE_WORK_BIT   0 /* an interrupt has work for the main loop */
 #define IDLE_ASLEEP_BIT 1 /* the processor sleeps; the interrupt that wakes it notes the time */
+#define IMU_ARMED_BIT   2 /* a burst lies ready on the bus, and the next interrupt begins it */
+#define IMU_WAITS_BIT   3 /* data are ready, and no burst was */
 
 #endif

@@ -5,19 +5,20 @@
 #include "mpu6050_registers.h"
 #include "twi.h"
 
-/* The transfer under way, by the number of bytes that it reads, and one. */
+/* The transfer under way. */
 enum { NONE, WAKE, LOOK, READ };
 
 static uint8_t step;
 static uint8_t buffer[2];
 
-static void go(uint8_t next_step, uint32_t now_us)
+static void go(uint8_t next_step)
 {
     step      = next_step;
-    buffer[0] = next_step == READ ? MPU6050_TEMP_OUT_H : MPU6050_PWR_MGMT_1;
-    buffer[1] = MPU6050_CLOCK_GYRO_X; /* where it is read, this goes nowhere */
-    twi_begin(MPU6050_ADDRESS, buffer, next_step == WAKE ? 2U : 1U, (uint8_t)(next_step - WAKE),
-              now_us);
+    buffer[0] = MPU6050_CLOCK_GYRO_X; /* where it is read, this goes nowhere */
+    twi_ready((uint8_t)(MPU6050_ADDRESS << 1 | (next_step != WAKE)),
+              next_step == READ ? MPU6050_TEMP_OUT_H : MPU6050_PWR_MGMT_1, buffer,
+              next_step == READ ? 2U : 1U);
+    twi_go();
 }
 
 void thermometer_init(void)
@@ -27,21 +28,23 @@ void thermometer_init(void)
 
 void thermometer_ask(uint32_t now_us)
 {
-    if (step == NONE) { go(LOOK, now_us); }
+    (void)now_us;
+    if (step == NONE) { go(LOOK); }
 }
 
 thermometer_status_t thermometer_poll(int16_t *centi, uint32_t now_us)
 {
-    const uint8_t done   = step;
-    const uint8_t status = twi_poll(now_us);
+    const uint8_t done = step;
 
-    if (done == NONE || status == TWI_BUSY) { return THERMOMETER_NOTHING; }
+    if (done == NONE) { return THERMOMETER_NOTHING; }
+    const uint8_t status = twi_poll(now_us);
+    if (status == TWI_BUSY) { return THERMOMETER_NOTHING; }
     step = NONE;
     if (status != TWI_IDLE) { return THERMOMETER_MISSING; }
     if (done == READ) {
-        *centi = mpu6050_temperature_centi(buffer);
+        *centi = mpu6050_temperature_centi((int16_t)((uint16_t)buffer[0] << 8 | buffer[1]));
         return THERMOMETER_READING;
     }
-    if (done == LOOK) { go(buffer[0] == MPU6050_CLOCK_GYRO_X ? READ : WAKE, now_us); }
+    if (done == LOOK) { go(buffer[0] == MPU6050_CLOCK_GYRO_X ? READ : WAKE); }
     return THERMOMETER_NOTHING;
 }

@@ -7,6 +7,7 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <stddef.h>
 #include <util/delay.h>
 
 /* Status codes, ATmega328P datasheet, tables 21-3 and 21-4; the prescaler's bits are 0. */
@@ -23,8 +24,9 @@ enum {
 enum {
     BIT_RATE        = (F_CPU / 400000UL - 16UL) / 2UL, /* datasheet, 21.5.2 */
     RECOVERY_CLOCKS = 20,                              /* 9 by the standard; some parts need more */
-    TIMEOUT_US      = 2000, /* 16 bytes take 0.4 ms, and interrupts hold each back */
-    GO              = _BV(TWINT) | _BV(TWEN) | _BV(TWIE)
+    TIMEOUT         = 3, /* of 1.024 ms: 16 bytes take 0.4 ms, and interrupts hold each back */
+    GO              = _BV(TWINT) | _BV(TWEN) | _BV(TWIE),
+    STOP            = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO)
 };
 
 #define HALF_CLOCK_US 2.5
@@ -32,57 +34,109 @@ enum {
 uint8_t twi_recoveries;
 
 typedef struct {
-    volatile uint8_t  state; /* twi_status_t; twi_begin and the interrupt write, twi_poll reads */
-    uint8_t           sla;   /* address and direction */
-    uint8_t          *first, *next; /* of the buffer */
-    uint8_t           write_left, read_left;
-    volatile uint16_t begun_us; /* twi_begin writes, where nothing is under way; twi_poll reads */
+    volatile uint8_t state;   /* twi_status_t; the interrupt and twi_poll end BUSY */
+    uint8_t         *next;    /* of the buffer; the interrupt's while BUSY, as TWI_LEFT is */
+    uint8_t          sla;     /* address and direction */
+    uint8_t          reg;     /* where the part is to begin */
+    uint8_t          since;   /* when it was first seen under way, 1.024 ms */
+    bool             is_seen; /* it was */
 } bus_t;
 
 static bus_t bus;
 
-ISR(TWI_vect)
+/* Runs 19 times in a burst of 14 bytes, 14 of them along `got`. */
+ISR(TWI_vect, ISR_NAKED)
 {
-    idle_interrupted();
-    bus_t *const it      = PORT_REACH(&bus);
-    uint8_t     *at      = it->next;
-    uint8_t      control = GO;
-
-    switch (TWSR) {
-    case START:
-    case RESTART: TWDR = it->sla; break;
-    case WRITE_ACKED:
-    case SENT_ACKED:
-        if (it->write_left != 0U) {
-            it->write_left--;
-            TWDR = *at++;
-        } else if (it->read_left != 0U) {
-            it->sla |= 1U;
-            at = it->first;
-            control |= _BV(TWSTA);
-        } else {
-            it->state = TWI_IDLE;
-        }
-        break;
-    case GOT_MORE:
-    case GOT_LAST:
-        *at++ = TWDR;
-        if (it->read_left == 0U) {
-            it->state = TWI_IDLE;
-            break;
-        } /* fall through */
-    case READ_ACKED:
-        it->read_left--;
-        if (it->read_left != 0U) { control |= _BV(TWEA); }
-        break;
-    default: it->state = TWI_REFUSED; break; /* not acknowledged; bus error, arbitration lost */
-    }
-    it->next = at;
-    if (it->state != TWI_BUSY) {
-        control = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
-        idle_post_work();
-    }
-    TWCR = control;
+    __asm__ volatile(
+        "push r24\n\t"
+        "in r24, __SREG__\n\t"
+        "push r24\n\t"
+        "push r25\n\t"
+        "push r30\n\t"
+        "push r31\n\t"
+        "sbic %[flags], %[asleep]\n\t" /* idle_interrupted, but for the call where awake */
+        "%~call idle_note_waking\n\t"
+        "lds r30, %[next]\n\t"
+        "lds r31, %[next] + 1\n\t"
+        "lds r25, %[twsr]\n\t"
+        "ldi r24, %[go]\n\t"
+        "cpi r25, %[got_more]\n\t"
+        "breq 1f\n\t"
+        "cpi r25, %[got_last]\n\t"
+        "breq 1f\n\t"
+        "cpi r25, %[read_acked]\n\t"
+        "breq 2f\n\t"
+        "cpi r25, %[sent_acked]\n\t"
+        "breq 5f\n\t"
+        "lds r24, %[reg]\n\t"
+        "cpi r25, %[write_acked]\n\t"
+        "breq 7f\n\t"
+        "lds r24, %[sla]\n\t"
+        "cpi r25, %[restart]\n\t"
+        "breq 7f\n\t"
+        "andi r24, 0xFE\n\t"
+        "cpi r25, %[start]\n\t"
+        "breq 7f\n\t"
+        "ldi r24, %[refused]\n\t" /* not acknowledged; bus error, arbitration lost */
+        "rjmp 9f\n"
+        "1:\n\t" /* a byte has come */
+        "lds r24, %[twdr]\n\t"
+        "st Z+, r24\n\t"
+        "cpi r25, %[got_last]\n\t"
+        "breq 8f\n\t"
+        "sts %[next] + 1, r31\n\t"
+        "sts %[next], r30\n\t"
+        "ldi r24, %[go]\n"
+        "2:\n\t" /* the next one is acknowledged unless it is the last */
+        "in r25, %[left]\n\t"
+        "dec r25\n\t"
+        "out %[left], r25\n\t"
+        "breq 4f\n\t"
+        "ori r24, %[acknowledge]\n"
+        "4:\n\t"
+        "sts %[twcr], r24\n\t"
+        "rjmp 10f\n"
+        "5:\n\t" /* the register, or a byte behind it, was sent */
+        "lds r25, %[sla]\n\t"
+        "ori r24, %[again]\n\t"
+        "sbrc r25, 0\n\t"
+        "rjmp 4b\n\t"
+        "in r25, %[left]\n\t"
+        "subi r25, 1\n\t"
+        "brcs 8f\n\t"
+        "out %[left], r25\n\t"
+        "ld r24, Z+\n\t"
+        "sts %[next] + 1, r31\n\t"
+        "sts %[next], r30\n"
+        "7:\n\t"
+        "sts %[twdr], r24\n\t"
+        "ldi r24, %[go]\n\t"
+        "rjmp 4b\n"
+        "8:\n\t"
+        "ldi r24, %[idle]\n"
+        "9:\n\t"
+        "sts %[state], r24\n\t"
+        "sbi %[flags], %[work]\n\t"
+        "ldi r24, %[stop]\n\t"
+        "rjmp 4b\n"
+        "10:\n\t"
+        "pop r31\n\t"
+        "pop r30\n\t"
+        "pop r25\n\t"
+        "pop r24\n\t"
+        "out __SREG__, r24\n\t"
+        "pop r24\n\t"
+        "reti" ::[next] "i"(&bus.next),
+        [sla] "i"(&bus.sla), [reg] "i"(&bus.reg), [state] "i"(&bus.state),
+        [twsr] "n"(_SFR_MEM_ADDR(TWSR)), [twdr] "n"(_SFR_MEM_ADDR(TWDR)),
+        [twcr] "n"(_SFR_MEM_ADDR(TWCR)), [left] "I"(_SFR_IO_ADDR(TWI_LEFT)),
+        [flags] "I"(_SFR_IO_ADDR(IDLE_FLAGS)), [work] "I"(IDLE_WORK_BIT),
+        [asleep] "I"(IDLE_ASLEEP_BIT), [go] "n"(GO), [again] "n"(_BV(TWSTA)),
+        [acknowledge] "n"(_BV(TWEA)), [stop] "n"(STOP), [got_more] "n"(GOT_MORE),
+        [got_last] "n"(GOT_LAST), [read_acked] "n"(READ_ACKED), [sent_acked] "n"(SENT_ACKED),
+        [write_acked] "n"(WRITE_ACKED), [restart] "n"(RESTART), [start] "n"(START),
+        [idle] "n"(TWI_IDLE), [refused] "n"(TWI_REFUSED)
+        : "memory");
 }
 
 static void scl_low(void)
@@ -122,39 +176,39 @@ void twi_init(void)
     TWBR = BIT_RATE;
 }
 
-bool twi_begin(uint8_t address, uint8_t *buffer, uint8_t write_len, uint8_t read_len,
-               uint32_t now_us)
+void twi_ready(uint8_t sla, uint8_t reg, uint8_t *buffer, uint8_t len)
 {
-    bus_t *const  it   = PORT_REACH(&bus);
-    const uint8_t sreg = SREG;
+    bus_t *const it = PORT_REACH(&bus);
 
-    cli(); /* of two that come here only one may find it free */
-    const bool is_busy = it->state == TWI_BUSY;
-    it->state          = TWI_BUSY;
-    SREG               = sreg;
-    if (is_busy) { return false; }
-    it->sla        = (uint8_t)(address << 1);
-    it->first      = buffer;
-    it->next       = buffer;
-    it->write_left = write_len;
-    it->read_left  = read_len;
-    it->begun_us   = (uint16_t)now_us;
+    it->sla   = sla;
+    it->reg   = reg;
+    it->next  = buffer;
+    it->state = TWI_BUSY;
+    TWI_LEFT  = len;
+}
+
+void twi_go(void)
+{
     /* After the STOP under way, if one is. */
     TWCR = (uint8_t)((TWCR & _BV(TWSTO)) | GO | _BV(TWSTA));
-    return true;
 }
 
 twi_status_t twi_poll(uint32_t now_us)
 {
-    bus_t *const it = PORT_REACH(&bus);
+    bus_t *const  it    = PORT_REACH(&bus);
+    const uint8_t now   = (uint8_t)(now_us >> 10);
+    const uint8_t state = it->state;
 
-    if (it->state == TWI_BUSY) { /* and stays so for whoever would begin: begun_us holds still */
-        const uint16_t late_us = (uint16_t)((uint16_t)now_us - it->begun_us - TIMEOUT_US);
-        /* What an interrupt has begun since the caller looked at the clock is not late. */
-        if (late_us < 60000U) {
-            recover();
-            it->state = TWI_FAILED;
-        }
+    if (state != TWI_BUSY) {
+        it->is_seen = false;
+    } else if (!it->is_seen) {
+        it->is_seen = true;
+        it->since   = now;
+    } else if ((uint8_t)(now - it->since) >= TIMEOUT) {
+        recover();
+        it->is_seen = false;
+        it->state   = TWI_FAILED;
+        return TWI_FAILED;
     }
-    return it->state;
+    return state;
 }

@@ -21,12 +21,14 @@ FLAGS = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-std=gnu11", "-Os", "-g", "-
 FLAGS += ["-ffunction-sections", "-fdata-sections", "-Wall", "-Wextra", "-Wconversion", "-Wshadow"]
 FLAGS += ["-Werror", "-Wl,--gc-sections", "-Wl,--relax"]
 FLAGS += [f"-I{ROOT}/firmware/{folder}" for folder in FOLDERS]
+FLAGS += [f"-I{ROOT}/shared_c/src"]
 
 
 def compiled(program: str, drivers: tuple[str, ...], options: tuple[str, ...] = ()) -> Path:
     """The program with those drivers; built where a source has changed."""
     sources = [HERE / "programs" / program]
     sources += [ROOT / "firmware" / "drivers" / f"{name}.c" for name in (*SHARED, *drivers)]
+    sources.append(ROOT / "firmware" / "port" / "port_clamp.S")
     digest = hashlib.sha256(" ".join((*FLAGS, *options)).encode())
     for path in (*sources, *sorted((ROOT / "firmware").glob("*/*.h"))):
         digest.update(path.read_bytes())

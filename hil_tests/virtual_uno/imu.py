@@ -53,6 +53,10 @@ class Imu:
             raise ValueError("there is no room on the two-wire bus")
         return self
 
+    def wire_int(self, int_bit):
+        """Wire INT to that bit of port D, or, None, to nothing; the part goes on."""
+        lib.uno_imu_wire_int(self._core, NOWHERE if int_bit is None else int_bit)
+
     def unplug(self):
         """Nothing answers any more."""
         lib.uno_imu_plug(self._core, 0)
@@ -131,6 +135,10 @@ class Imu:
         regs = bytearray(REGISTERS)
         lib.uno_imu_registers(self._core, ffi.from_buffer("uint8_t[]", regs))
         return bytes(regs)
+
+    def set_register(self, reg, value):
+        """As if it were written over the bus."""
+        lib.uno_imu_set_register(self._core, reg, value)
 
     @property
     def stats(self):

@@ -199,6 +199,26 @@ void uno_imu_plug(uno_t *uno, uint8_t plugged)
     rearm_imu(uno);
 }
 
+void uno_imu_wire_int(uno_t *uno, uint8_t int_bit)
+{
+    parts_t *parts = &uno->parts;
+
+    if (parts->int_bit < 8U) { pins_float(uno, parts->int_bit); }
+    parts->int_bit = int_bit;
+    int_moved(uno, parts->imu.int_level);
+}
+
+void uno_imu_set_register(uno_t *uno, uint8_t reg, uint8_t value)
+{
+    mpu6050_t *imu = &uno->parts.imu;
+
+    mpu6050_advance(imu, uno->avr->cycle);
+    mpu6050_start(imu, false);
+    mpu6050_write(imu, reg);
+    mpu6050_write(imu, value);
+    rearm_imu(uno);
+}
+
 void uno_imu_restate(uno_t *uno)
 {
     mpu6050_restate(&uno->parts.imu);

@@ -196,6 +196,10 @@ typedef struct {
 uint8_t uno_imu_fit(uno_t *uno, const imu_config_t *config);
 /* Out, or in again, which is a power-on. */
 void uno_imu_plug(uno_t *uno, uint8_t plugged);
+/* INT goes to that bit of port D from now on; beyond 7: nowhere. */
+void uno_imu_wire_int(uno_t *uno, uint8_t int_bit);
+/* As if it were written over the bus. */
+void uno_imu_set_register(uno_t *uno, uint8_t reg, uint8_t value);
 /* The signal has changed: values asked for ahead are forgotten. */
 void uno_imu_restate(uno_t *uno);
 /* Plays n rows of 7 (accelerometer, gyroscope, temperature), which must stay; 0 ends it. */
