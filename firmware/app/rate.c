@@ -2,7 +2,7 @@
 #include "rate.h"
 
 #include "port_reach.h"
-#include "scale_wide.h"
+#include "port_wide.h"
 
 /* No HX711 is faster than 144 Hz or slower than 9. */
 #define INTERVAL_MIN_8US (6250U / 8U)   /* 160 Hz */
@@ -88,5 +88,5 @@ uint16_t rate_period_8us(const rate_t *rate)
 __attribute__((noinline)) uint32_t rate_hz_q16(const rate_t *rate)
 {
     if (!is_known(rate)) { return 0; }
-    return scale_wide_ratio(rate->intervals * 500000UL, rate->sum_us << 7) >> 8;
+    return port_wide_ratio(rate->intervals * 500000UL, rate->sum_us << 7) >> 8;
 }

@@ -8,7 +8,6 @@
 #include "idle.h"
 #include "port_reach.h"
 #include "port_wide.h"
-#include "scale_wide.h"
 #include "setup.h"
 #include "stack.h"
 #include "store.h"
@@ -118,17 +117,17 @@ static bool refuse(uint8_t len, uint8_t leave)
 static COMPACT void send(uint8_t id, uint32_t device_us, const void *payload, uint8_t payload_len,
                          uint8_t leave)
 {
-    uint8_t       wire[1 + FRAME_WIRE_MAX] = {0}; /* a delimiter, if one is needed, goes before */
-    const frame_t frame                    = {.id          = id,
-                                              .sequence    = sequence++,
-                                              .device_us   = device_us,
-                                              .payload_len = payload_len,
-                                              .payload     = payload};
-    const uint8_t head                     = (uint8_t)(line_is_dirty ? 0 : 1);
+    const frame_t frame = {.id          = id,
+                           .sequence    = sequence++,
+                           .device_us   = device_us,
+                           .payload_len = payload_len,
+                           .payload     = payload};
 
     if (refuse((uint8_t)(payload_len + FRAME_OVERHEAD), leave)) { return; }
-    const uint8_t len = (uint8_t)(1U + frame_encode(&wire[1], &frame) - head);
-    line_is_dirty     = !uart_write(&wire[head], len);
+    uint8_t at = uart_begin();
+    if (line_is_dirty) { uart_tx_ring[at++] = 0U; } /* a delimiter */
+    line_is_dirty = false;
+    uart_end(frame_encode(uart_tx_ring, at, &frame));
 }
 
 /* What is streamed, unless it is not wanted or a person is reading. */
@@ -237,7 +236,7 @@ static void close_second(telemetry_t *it, uint32_t elapsed_us)
     const uint32_t busy_us  = slept_us < elapsed_us ? elapsed_us - slept_us : 0U;
 
     it->cpu_busy_permille = /* a share just below 1 where nothing was slept */
-        (uint16_t)port_wide_high(scale_wide_ratio(busy_us, elapsed_us), 1000U);
+        (uint16_t)port_wide_high(port_wide_ratio(busy_us, elapsed_us), 1000U);
     it->stack_free = stack_free_bytes();
     it->uptime_s++; /* for 136 years */
     health_note_one(MESSAGES_FAULT_FLAG_TELEMETRY_LOST, it->stream_lost);

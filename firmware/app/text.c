@@ -32,7 +32,7 @@ static const uint32_t powers[DIGITS_MAX] PROGMEM = {
 
 static COMPACT void put(char character)
 {
-    uart_write((const uint8_t *)&character, 1);
+    uart_put((uint8_t)character);
 }
 
 static COMPACT void put_number(int32_t value, uint8_t decimals)

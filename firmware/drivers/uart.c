@@ -12,9 +12,9 @@ enum { BAUD = 115200 };
 /* U2X: UBRR = clock / (8 * baud) - 1, rounded */
 #define UBRR_VALUE ((uint16_t)((F_CPU + 4UL * BAUD) / (8UL * BAUD) - 1UL))
 
-static volatile uint8_t tx_ring[UART_TX_LEN]; /* main loop writes, interrupt reads */
-static volatile uint8_t tx_head;              /* main loop writes: next free place */
-static volatile uint8_t tx_tail;              /* interrupt writes: next byte to send */
+uint8_t                 uart_tx_ring[UART_TX_LEN];
+static volatile uint8_t tx_head; /* main loop writes: next free place */
+static volatile uint8_t tx_tail; /* interrupt writes: next byte to send */
 
 static volatile uint8_t  rx_ring[UART_RX_LEN]; /* interrupt writes, main loop reads */
 static volatile uint8_t  rx_head;              /* interrupt writes */
@@ -29,7 +29,7 @@ ISR(USART_UDRE_vect)
     idle_interrupted();
     const uint8_t tail = tx_tail;
 
-    UDR0               = tx_ring[tail];
+    UDR0               = uart_tx_ring[tail];
     const uint8_t next = (uint8_t)(tail + 1U);
     tx_tail            = next;
     if (next == tx_head) { UCSR0B &= (uint8_t)~_BV(UDRIE0); }
@@ -81,17 +81,26 @@ uint8_t uart_write_room(void)
     return (uint8_t)(tx_tail - tx_head - 1);
 }
 
-bool uart_write(const uint8_t bytes[], uint8_t len)
+uint8_t uart_begin(void)
 {
-    if (len > uart_write_room()) { return false; }
-    if (len == 0U) { return true; }
+    return tx_head;
+}
 
-    uint8_t head = tx_head;
-    for (uint8_t i = 0; i < len; i++) { tx_ring[head++] = bytes[i]; }
-    tx_head = head;
+__attribute__((noinline)) void uart_end(uint8_t behind)
+{
+    __asm__ volatile("" ::: "memory"); /* the bytes stand before the interrupt is told of them */
+    tx_head = behind;
     /* Not atomic and need not be: the interrupt only ever clears this bit, and it is wanted set. */
     UCSR0B |= _BV(UDRIE0);
-    return true;
+}
+
+void uart_put(uint8_t byte)
+{
+    uint8_t head = tx_head;
+
+    if (uart_write_room() == 0U) { return; }
+    uart_tx_ring[head++] = byte;
+    uart_end(head);
 }
 
 uint16_t uart_rx_overruns(void)

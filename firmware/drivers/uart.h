@@ -3,7 +3,7 @@
  *
  * Model     UBRR 16 with U2X gives 117647 baud, 2.1 % high, as every Uno's (ATmega328P datasheet,
  *           table 20-6)
- * Sending   all or nothing: a block that does not fit is refused whole, so that no frame is torn
+ * Sending   frames are made in the ring itself; who makes one asks for room, so that none is torn
  * Bad data  bytes lost in the USART (data overrun), lost because the ring is full, or received
  *           with a framing error are counted, the last ones kept out of the ring
  * Context   main loop.  Cost of the interrupts: firmware/budget.toml
@@ -24,11 +24,17 @@ void uart_init(void);
 /* Take a received byte; false if there is none. */
 bool uart_read(uint8_t *byte);
 
-/* Bytes that uart_write would accept now. */
+/* Bytes that could be queued now. */
 uint8_t uart_write_room(void);
 
-/* Queue len bytes, or none: false if they do not fit. */
-bool uart_write(const uint8_t bytes[], uint8_t len);
+/* Queue a byte; lost if there is no room. */
+void uart_put(uint8_t byte);
+
+/* Queue more in place: write to uart_tx_ring from uart_begin() on, no more than there is room for,
+ * then say where it ends. */
+extern uint8_t uart_tx_ring[UART_TX_LEN]; /* main loop writes, interrupt reads what is queued */
+uint8_t        uart_begin(void);
+void           uart_end(uint8_t behind);
 
 /* Bytes lost or broken on the way in since reset; stops at 65535. */
 uint16_t uart_rx_overruns(void);

@@ -81,7 +81,7 @@ static uint8_t encode(uint8_t buffer[], uint8_t len)
     frame_t frame = {.id = buffer[0], .sequence = buffer[1], .payload = &buffer[FRAME_HEADER_LEN]};
     memcpy(&frame.device_us, &buffer[2], sizeof frame.device_us);
     frame.payload_len      = (uint8_t)(len - FRAME_HEADER_LEN);
-    const uint8_t wire_len = frame_encode(wire, &frame);
+    const uint8_t wire_len = frame_encode(wire, 0, &frame);
     memcpy(buffer, wire, wire_len);
     return wire_len;
 }

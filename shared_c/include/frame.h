@@ -44,9 +44,10 @@ typedef struct {
     uint8_t flags;                /* see frame.c */
 } frame_decoder_t;
 
-/* Write the frame's bytes, delimiter included; gives their number, at most FRAME_WIRE_MAX.
- * payload_len beyond FRAME_PAYLOAD_MAX is a wiring mistake (assert). */
-uint8_t frame_encode(uint8_t wire[], const frame_t *frame);
+/* Write the frame's bytes, at most FRAME_WIRE_MAX, delimiter included, into a ring of 256 from
+ * place `at` on; gives the place behind them. From 0 on any FRAME_WIRE_MAX bytes will do, and that
+ * is the frame's length. payload_len beyond FRAME_PAYLOAD_MAX is a wiring mistake (assert). */
+uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *frame);
 
 void           frame_decoder_init(frame_decoder_t *decoder);
 frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte);

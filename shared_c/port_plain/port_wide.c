@@ -5,3 +5,18 @@ uint32_t port_wide_high(uint32_t a, uint32_t b)
 {
     return (uint32_t)(((uint64_t)a * b + 0x80000000U) >> 32);
 }
+
+uint32_t port_wide_ratio(uint32_t a, uint32_t b)
+{
+    uint32_t quotient = 0U;
+
+    for (uint8_t bit = 0U; bit < 32U; ++bit) {
+        a <<= 1;
+        quotient <<= 1;
+        if (a >= b) {
+            a -= b;
+            quotient |= 1U;
+        }
+    }
+    return quotient;
+}

@@ -3,7 +3,7 @@
 
 #include "checkweigher_tone.h"
 #include "fixed.h"
-#include "scale_wide.h"
+#include "port_wide.h"
 
 #define MINUTE_32US_OVER_256 7324UL /* so that the ratio in Q32 is products a minute in Q24 */
 
@@ -155,5 +155,5 @@ uint16_t checkweigher_per_minute_q8(const checkweigher_t *checkweigher)
 
     if (interval == 0U) { return 0U; }
     if (interval <= MINUTE_32US_OVER_256) { return UINT16_MAX; }
-    return (uint16_t)(scale_wide_ratio(MINUTE_32US_OVER_256, interval) >> 16);
+    return (uint16_t)(port_wide_ratio(MINUTE_32US_OVER_256, interval) >> 16);
 }

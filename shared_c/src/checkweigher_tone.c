@@ -4,7 +4,6 @@
 #include "port_fixed.h"
 #include "port_rom.h"
 #include "port_wide.h"
-#include "scale_wide.h"
 
 #include <string.h>
 
@@ -56,7 +55,7 @@ static uint8_t inner(const checkweigher_t *checkweigher)
 /* The inner smoothed's share of their sum. */
 static COMPACT int32_t mean_of(const checkweigher_t *checkweigher, int32_t sum)
 {
-    return share_of(sum, (int32_t)scale_wide_ratio(1U, inner(checkweigher)));
+    return share_of(sum, (int32_t)port_wide_ratio(1U, inner(checkweigher)));
 }
 
 void checkweigher_tone_smooth(checkweigher_t *checkweigher)
@@ -139,7 +138,7 @@ static int32_t tone_share(checkweigher_t *checkweigher)
     const int32_t  top = m[TOP], g = m[G];
     const uint32_t size = (uint32_t)(top < 0 ? -top : top);
     if (g <= m[DET] >> TONE_SHIFT || (int32_t)size >= g) { return 0; }
-    const int32_t share = (int32_t)(scale_wide_ratio(size, (uint32_t)g) >>
+    const int32_t share = (int32_t)(port_wide_ratio(size, (uint32_t)g) >>
                                     (HALVES - LEVEL_DOWN + checkweigher->up));
     return top < 0 ? -share : share; /* |.| < 2^20 */
 }

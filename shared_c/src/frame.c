@@ -2,7 +2,6 @@
 #include "frame.h"
 
 #include <stdbool.h>
-#include <string.h>
 
 #include "port_assert.h"
 #include "port_crc.h"
@@ -11,6 +10,7 @@
 enum {
     DELIMITER = 0x00,
     CODE_MAX  = 0xFF, /* a block of 254 bytes that no zero ends, COBS table 1 */
+    PARTS     = 3,    /* header, payload, CRC */
 
     FLAG_STARTED = 1U << 0, /* a code byte has been seen since the delimiter */
     FLAG_ZERO    = 1U << 1, /* the block that is being read ends in a zero, if another follows */
@@ -19,31 +19,43 @@ enum {
 
 _Static_assert(FRAME_BODY_MAX < 254, "one COBS code byte a zero, none for length");
 
-PORT_OUTLINE uint8_t frame_encode(uint8_t wire[], const frame_t *frame)
+PORT_OUTLINE uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *frame)
 {
-    uint8_t *body  = &wire[1];
-    uint32_t clock = frame->device_us;
+    uint8_t        head[FRAME_HEADER_LEN] = {frame->id, frame->sequence};
+    const uint8_t *from                   = head;
+    uint8_t        left                   = FRAME_HEADER_LEN;
+    uint32_t       clock                  = frame->device_us;
+    uint16_t       crc                    = PORT_CRC16_START;
+    uint8_t        code_at                = at++; /* a block's code byte; where its zero was */
 
     PORT_ASSERT(frame->payload_len <= FRAME_PAYLOAD_MAX);
-    body[0] = frame->id;
-    body[1] = frame->sequence;
-    for (uint8_t at = 2U; at < FRAME_HEADER_LEN; ++at, clock >>= 8) { body[at] = (uint8_t)clock; }
-    memcpy(&body[FRAME_HEADER_LEN], frame->payload, frame->payload_len);
-    uint8_t        len = (uint8_t)(FRAME_HEADER_LEN + frame->payload_len);
-    const uint16_t crc = frame_crc16(body, len);
-    body[len++]        = (uint8_t)crc;
-    body[len++]        = (uint8_t)(crc >> 8);
-    body[len++]        = DELIMITER;
-    /* COBS, in place: the code byte of a block stands where the zero before it was. The delimiter
-     * ends the last block, and stays. */
-    uint8_t code_at = 0U;
-    for (uint8_t at = 1U; at <= len; ++at) {
-        if (wire[at] == DELIMITER) {
-            wire[code_at] = (uint8_t)(at - code_at);
-            code_at       = at;
+    for (uint8_t byte = 2U; byte < FRAME_HEADER_LEN; ++byte, clock >>= 8) {
+        head[byte] = (uint8_t)clock;
+    }
+    for (uint8_t part = PARTS;;) {
+        for (; left != 0U; --left) {
+            const uint8_t byte = *from++;
+            crc                = port_crc16(crc, byte);
+            ring[at]           = byte;
+            if (byte == DELIMITER) {
+                ring[code_at] = (uint8_t)(at - code_at);
+                code_at       = at;
+            }
+            ++at;
+        }
+        if (--part == 0U) { break; }
+        from = frame->payload;
+        left = frame->payload_len;
+        if (part == 1U) {
+            head[0] = (uint8_t)crc;
+            head[1] = (uint8_t)(crc >> 8);
+            from    = head;
+            left    = FRAME_CRC_LEN;
         }
     }
-    return (uint8_t)(len + 1U);
+    ring[code_at] = (uint8_t)(at - code_at);
+    ring[at++]    = DELIMITER;
+    return at;
 }
 
 void frame_decoder_init(frame_decoder_t *decoder)

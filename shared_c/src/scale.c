@@ -5,7 +5,6 @@
 #include "port_curve.h"
 #include "port_watch.h"
 #include "port_wide.h"
-#include "scale_wide.h"
 
 enum { INITIAL_FIFTIETHS = 5 }; /* of Max, on either side */
 
@@ -203,7 +202,7 @@ scale_status_t scale_count_out(scale_t *scale, uint16_t pieces)
     if (pieces == 0U) { return SCALE_UNKNOWN; }
     if ((scale->flags & SCALE_STABLE) == 0U) { return SCALE_NOT_STABLE; }
     if (net < e * 20 || (net >> 1) < (int32_t)pieces) { return SCALE_TOO_LIGHT; }
-    scale->per_piece_q32 = scale_wide_ratio(pieces, (uint32_t)net);
+    scale->per_piece_q32 = port_wide_ratio(pieces, (uint32_t)net);
     return SCALE_OK;
 }
 

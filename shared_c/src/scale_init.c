@@ -6,7 +6,6 @@
 #include "port_rom.h"
 #include "port_wide.h"
 #include "scale_units.h"
-#include "scale_wide.h"
 
 /* One more than 2^32 / 50: the product's upper half is Max / 50 to the nearest. */
 #define FIFTIETH_Q32 85899346UL
@@ -53,7 +52,7 @@ static void take_band(scale_t *scale, uint32_t steepest_q32)
 
     for (; band >= slope; slope <<= 1) { ++grain; }
     for (; grain != 0U && band << 1 < slope; band <<= 1) { --grain; }
-    band = scale_wide_ratio(band, slope) >> 24;
+    band = port_wide_ratio(band, slope) >> 24;
     if (grain != 0U) { --band; }
     scale->band  = (uint8_t)band;
     scale->grain = grain;
@@ -80,7 +79,7 @@ static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
         if (run <= 0 || rise <= 0) { return SCALE_NOT_MONOTONE; }
         if (rise >= run) { return SCALE_TOO_STEEP; }
         if (scale != NULL) {
-            const uint32_t slope_q32  = scale_wide_ratio((uint32_t)rise, (uint32_t)run);
+            const uint32_t slope_q32  = port_wide_ratio((uint32_t)rise, (uint32_t)run);
             scale->slope_q32[at - 1U] = slope_q32;
             if (slope_q32 > steepest_q32) { steepest_q32 = slope_q32; }
         }

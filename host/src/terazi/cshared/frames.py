@@ -42,7 +42,7 @@ def encode_frame(id: int, sequence: int, device_us: int, payload: bytes) -> byte
     except OverflowError as error:
         raise ValueError(f"frame: {error}") from None
     wire = ffi.new("uint8_t[]", lib.FRAME_WIRE_MAX)
-    return bytes(ffi.buffer(wire, lib.frame_encode(wire, frame)))
+    return bytes(ffi.buffer(wire, lib.frame_encode(wire, 0, frame)))
 
 
 class FrameDecoder:
