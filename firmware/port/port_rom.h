@@ -8,7 +8,14 @@
 
 #define PORT_ROM PROGMEM
 
+typedef uint8_t port_place_t; /* of a member in a struct, which no padding makes longer here */
+
 static inline uint8_t port_rom_u8(const uint8_t *at)
+{
+    return pgm_read_byte(at);
+}
+
+static inline port_place_t port_rom_place(const port_place_t *at)
 {
     return pgm_read_byte(at);
 }

@@ -14,7 +14,7 @@ from pathlib import Path
 from virtual_uno import Uno
 
 RUNNER_BAUD = 2_000_000
-REQUEST_MAX = 240
+REQUEST_MAX = 255
 FIR_LOADED = 255
 VALUES_PER_REQUEST = REQUEST_MAX // 4
 START_UP_S = 1e-3  # clearing .bss takes 0.3 ms; then the USART listens

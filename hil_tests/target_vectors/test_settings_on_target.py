@@ -11,12 +11,10 @@ from terazi.link.generated.settings import SETTINGS, SettingKey
 from terazi.models import settings as twin
 from terazi.models.vectors import golden
 
-KEYS = [
-    twin.Entry(one.type, one.minimum, one.maximum, one.default, bool(one.by)) for one in SETTINGS
-]
+KEYS = [twin.Entry.of(one) for one in SETTINGS]
 FACTORY = twin.payload(KEYS, twin.factory(KEYS))
 BLANK = bytes([twin.ERASED]) * twin.SLOT_LEN
-SETTINGS_LEN = 177  # sizeof(settings_t) on the chip
+SETTINGS_LEN = 256  # sizeof(settings_t) on the chip
 IDLE, FAILED = 0, 2
 
 

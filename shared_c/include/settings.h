@@ -93,7 +93,7 @@ typedef struct {
     uint8_t           slot;   /* where it goes */
     uint8_t           at;     /* the cell there that comes next */
     uint8_t           wanted; /* what it must hold */
-    uint8_t           left;   /* writes that this slot may still take */
+    uint16_t          left;   /* writes that this slot may still take */
     bool              again;  /* another pass: this one wrote something, or a save was asked for */
 } settings_save_t;
 

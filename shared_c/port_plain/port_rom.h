@@ -7,7 +7,14 @@
 
 #define PORT_ROM
 
+typedef uint16_t port_place_t; /* of a member in a struct */
+
 static inline uint8_t port_rom_u8(const uint8_t *at)
+{
+    return *at;
+}
+
+static inline port_place_t port_rom_place(const port_place_t *at)
 {
     return *at;
 }

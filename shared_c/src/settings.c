@@ -25,21 +25,21 @@ static uint8_t ordered(uint8_t at, uint8_t width)
 
 /* What the tables say of a key. */
 typedef struct {
-    uint8_t place;  /* of the value, in settings_t */
-    uint8_t limits; /* where its limits stand, and whether it is protected */
-    uint8_t width;  /* 1, 2 or 4 bytes */
+    port_place_t place;  /* of the value, in settings_t */
+    uint8_t      limits; /* where its limits stand, and whether it is protected */
+    uint8_t      width;  /* 1, 2 or 4 bytes */
 } entry_t;
 
 static PORT_OUTLINE entry_t entry_of(uint8_t key)
 {
-    const uint8_t *row    = settings_table[key];
-    const uint8_t  limits = port_rom_u8(&row[1]);
-    const uint8_t  which  = limits & (uint8_t)~SETTINGS_PROTECTED;
-    uint8_t        width  = 1U;
+    const settings_entry_t *row    = &settings_table[key];
+    const uint8_t           limits = port_rom_u8(&row->limits);
+    const uint8_t           which  = limits & (uint8_t)~SETTINGS_PROTECTED;
+    uint8_t                 width  = 1U;
 
     if (which >= SETTINGS_LIMITS_16) { width = 2U; }
     if (which >= SETTINGS_LIMITS_32) { width = 4U; }
-    return (entry_t){port_rom_u8(row), limits, width};
+    return (entry_t){port_rom_place(&row->place), limits, width};
 }
 
 settings_status_t settings_get(const settings_t *settings, uint8_t key, int32_t *value)
@@ -83,26 +83,27 @@ settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
     return SETTINGS_OK;
 }
 
-/* Bytes of settings_t as they leave the factory. */
-static void restore(settings_t *settings, uint8_t from, uint8_t to)
+/* Bytes of settings_t as they leave the factory, one at least. Its end may wrap to 0. */
+static void restore(settings_t *settings, port_place_t from, port_place_t to)
 {
-    for (; from != to; ++from) {
+    do {
         ((uint8_t *)settings)[from] = port_rom_u8((const uint8_t *)&settings_factory + from);
-    }
+    } while (++from != to);
 }
 
-#define PLACE(member) (uint8_t) offsetof(settings_t, member)
+#define PLACE(member) (port_place_t) offsetof(settings_t, member)
+#define END           (port_place_t)sizeof(settings_t)
 
 void settings_reset(settings_t *settings, bool calibration)
 {
     if (calibration) {
-        restore(settings, 0U, sizeof *settings);
+        restore(settings, 0U, END);
         return;
     }
     restore(settings, 0U, PLACE(scale.points));
     restore(settings, PLACE(scale.points) + 1U, PLACE(scale.point_counts_q7));
-    restore(settings, PLACE(checkweigher), PLACE(zero_mg));
-    restore(settings, PLACE(tare_mg) + 4U, sizeof *settings);
+    restore(settings, PLACE(checkweigher), PLACE(acc)); /* to mag: calibrations; then zero, tare */
+    restore(settings, PLACE(tare_mg) + 4U, END);
 }
 
 void settings_record_begin(settings_record_t *record, uint16_t sequence)
@@ -116,10 +117,10 @@ void settings_record_begin(settings_record_t *record, uint16_t sequence)
 }
 
 /* Where the next byte of the values stands in settings_t; there must be one. */
-static uint8_t next_place(settings_record_t *record)
+static port_place_t next_place(settings_record_t *record)
 {
-    const entry_t entry = entry_of(record->key);
-    const uint8_t place = (uint8_t)(entry.place + ordered(record->byte, entry.width));
+    const entry_t      entry = entry_of(record->key);
+    const port_place_t place = (port_place_t)(entry.place + ordered(record->byte, entry.width));
 
     if (++record->byte == entry.width) {
         record->byte = 0U;

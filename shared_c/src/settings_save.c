@@ -3,7 +3,7 @@
 
 #include "settings_table.h"
 
-enum { WRITES_MAX = 255 }; /* in one slot: a record, and a third of one for second thoughts */
+enum { WRITES_MAX = 340 }; /* in one slot: a record, and a third of one for second thoughts */
 
 void settings_save_begin(settings_save_t *save, const settings_choice_t *newest)
 {

@@ -39,6 +39,7 @@ GENERATED_HEADERS += ("settings_table.h",)
 # Loops over arrays.
 BLOCKS = ("blocks", "adaptive_blocks", "imu_blocks", "mahony_blocks", "scale_blocks")
 BLOCKS += ("temperature_blocks", "ins_blocks", "faults_blocks")
+SEAM = "typedef int... port_place_t;\n"  # of port_rom.h, which is no public header
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 
 OPTIMISE = ["-O2", "-ffp-contract=off", "-fvisibility=hidden"]
@@ -64,7 +65,7 @@ def declarations() -> str:
     headers = [SHARED / "include" / name for name in PUBLIC_HEADERS]
     headers += [SHARED / "generated" / name for name in GENERATED_HEADERS]
     headers += [PACKAGE / f"{name}.h" for name in BLOCKS]
-    return "".join(_readable(path.read_text(encoding="utf-8")) for path in headers)
+    return SEAM + "".join(_readable(path.read_text(encoding="utf-8")) for path in headers)
 
 
 def c_sources() -> list[Path]:

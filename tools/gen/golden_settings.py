@@ -18,10 +18,7 @@ ORIGIN = "terazi.models.settings, the contract of the header"
 def entries() -> list[Entry]:
     """The keys of settings.toml as the twin wants them."""
     found = settings_spec.parse(load("settings"), messages_spec.parse(load("messages")))
-    return [
-        Entry(one.type, one.minimum, one.maximum, one.default, bool(one.by))
-        for one in found.settings
-    ]
+    return [Entry.of(one) for one in found.settings]
 
 
 def _values(rng: random.Random, keys: list[Entry]) -> list[int]:

@@ -6,7 +6,8 @@ from __future__ import annotations
 from tools.gen.settings_spec import CRC_BYTES, HEAD_BYTES, TYPES, Setting, Settings
 from tools.gen.spec import Spec, SpecError, c_comment_head
 
-STRUCTS = ("scale", "checkweigher", "temperature")
+STRUCTS = {"scale": "scale", "checkweigher": "checkweigher", "temperature": "temperature"}
+STRUCTS |= dict.fromkeys(("acc", "gyro", "mag"), "imu_cal")
 PROTECTED = 0x80  # a place of limits stays below it
 MIRRORED = 0x80  # the least value is minus the greatest
 
@@ -54,6 +55,8 @@ def header(spec: Spec, settings: Settings) -> str:
         "#define SETTINGS_TABLE_H",
         "",
         '#include "checkweigher.h"',
+        '#include "imu_cal.h"',
+        '#include "port_rom.h"',
         '#include "scale.h"',
         '#include "settings.h"',
         '#include "temperature.h"',
@@ -81,6 +84,7 @@ def header(spec: Spec, settings: Settings) -> str:
     for one in settings.settings:
         group = one.choices
         if group and group.name in own_names:
+            own_names.remove(group.name)
             lines += [f"/* Values of {one.full_name}. */", "enum {"]
             stem = f"SETTINGS_{group.name}".upper()
             for choice in group.choices:
@@ -91,12 +95,17 @@ def header(spec: Spec, settings: Settings) -> str:
     lines += [
         "/* What outlives a reset: the configurations themselves, in their only copy. */",
         "struct settings {",
-        *(f"    {name}_config_t {name};" for name in STRUCTS),
+        *(f"    {kind}_config_t {name};" for name, kind in STRUCTS.items()),
         *_members(settings),
         "};",
         "",
-        "/* By key: place in settings_t; place of its limits, SETTINGS_PROTECTED. ROM */",
-        "extern const uint8_t settings_table[SETTINGS_KEYS][2];",
+        "/* By key: place in settings_t; place of its limits, SETTINGS_PROTECTED. */",
+        "typedef struct {",
+        "    port_place_t place;",
+        "    uint8_t      limits;",
+        "} settings_entry_t;",
+        "",
+        "extern const settings_entry_t settings_table[SETTINGS_KEYS]; /* ROM */",
         "",
         "/* Least value, or SETTINGS_MIRRORED for minus the greatest; the greatest, in the type's",
         " * width, little-endian. ROM */",
@@ -123,18 +132,18 @@ def source(spec: Spec, settings: Settings) -> str:
     lines = [
         '#include "settings_table.h"',
         "",
-        '#include "port_rom.h"',
-        "",
         "#include <stddef.h>",
         "",
-        "#define PLACE(member) (uint8_t)offsetof(settings_t, member)",
+        "#define PLACE(member) (port_place_t)offsetof(settings_t, member)",
         "#define WIDTH(member) (uint8_t)sizeof(((settings_t *)0)->member)",
         "",
-        '_Static_assert(sizeof(settings_t) <= 256, "a place takes one byte");',
+        "#define LAST (sizeof(settings_t) - 1)",
+        "",
+        '_Static_assert(LAST == (port_place_t)LAST, "every byte has a place");',
     ]
     for one in settings.settings:
         lines.append(f'_Static_assert(WIDTH({one.member}) == {one.width}, "as {one.type}");')
-    lines += ["", "const uint8_t settings_table[SETTINGS_KEYS][2] PORT_ROM = {"]
+    lines += ["", "const settings_entry_t settings_table[SETTINGS_KEYS] PORT_ROM = {"]
     for one in settings.settings:
         place = places[one.width, _limit_bytes(one)]
         flag = " | SETTINGS_PROTECTED" if one.by else ""

@@ -77,7 +77,7 @@ def _choices(spec: Spec, wire: Wire) -> dict[str, Group]:
 
 def _limits(entry: dict, choices: Group | None, where: str) -> tuple[int, int]:
     """Least and greatest value, checked against the type."""
-    if choices is not None:
+    if choices is not None and "range" not in entry:
         values = [choice.value for choice in choices.choices]
         low, high = (0, sum(values)) if choices.is_flags else (min(values), max(values))
         if not choices.is_flags and len(values) != high - low + 1:

@@ -17,9 +17,7 @@ from terazi.link.generated.settings import SETTINGS
 from terazi.models import settings as twin
 from terazi.models.vectors import golden
 
-KEYS = [
-    twin.Entry(one.type, one.minimum, one.maximum, one.default, bool(one.by)) for one in SETTINGS
-]
+KEYS = [twin.Entry.of(one) for one in SETTINGS]
 ONE_OF_EACH = st.tuples(*(st.integers(entry.minimum, entry.maximum) for entry in KEYS))
 RECORD_LEN = len(twin.record(KEYS, twin.factory(KEYS), 1))
 FACTORY = twin.payload(KEYS, twin.factory(KEYS))
@@ -297,9 +295,10 @@ def test_a_value_asked_for_at_any_step_of_a_save_is_saved():
         steps = number
 
     used = Eeprom()
+    values = FIRST_VALUES + twin.factory(KEYS)[len(FIRST_VALUES) :]
     for number in range(5):
-        save(used, settings_of([1 + number, *FIRST_VALUES[1:]]))
-    save(Eeprom(bytes(used.cells)), settings_of(FIRST_VALUES), meanwhile=count)
+        save(used, settings_of([1 + number, *values[1:]]))
+    save(Eeprom(bytes(used.cells)), settings_of(values), meanwhile=count)
     for step in range(steps):
 
         def change(number, saving, live, step=step):
@@ -308,7 +307,7 @@ def test_a_value_asked_for_at_any_step_of_a_save_is_saved():
                 saving.ask()
 
         eeprom = Eeprom(bytes(used.cells))
-        save(eeprom, settings_of(FIRST_VALUES), meanwhile=change)
+        save(eeprom, settings_of(values), meanwhile=change)
         assert eeprom.load()[1].get(0) == 4_321_987, f"asked for at step {step} of {steps}"
 
 

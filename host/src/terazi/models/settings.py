@@ -13,6 +13,7 @@ from enum import IntEnum
 SLOTS, SLOT_LEN = 4, 256
 MAGIC, ERASED, VERSION = 0x54, 0xFF, 1
 HEAD_LEN, CRC_LEN = 5, 2
+IMU_CALIBRATIONS = ("acc", "gyro", "mag")  # groups
 Status = IntEnum("Status", "OK UNKNOWN_KEY OUT_OF_RANGE WRITE_PROTECTED", start=0)
 Reading = IntEnum("Reading", "READING NO_RECORD ROTTEN FOREIGN WHOLE", start=0)
 
@@ -26,6 +27,14 @@ class Entry:
     maximum: int
     factory: int
     is_protected: bool
+    is_spared: bool = False  # by a reset that keeps the calibration, as what is protected
+
+    @classmethod
+    def of(cls, one) -> Entry:
+        """Of a setting of the spec or of its generated table."""
+        is_imu_calibration = one.group in IMU_CALIBRATIONS and not one.choices
+        limits = (one.minimum, one.maximum, one.default)
+        return cls(one.type, *limits, bool(one.by), is_imu_calibration)
 
     @property
     def width(self) -> int:
@@ -63,7 +72,7 @@ def put(entries: Sequence[Entry], values: list[int], key: int, value: int) -> St
 def reset(entries: Sequence[Entry], values: list[int], calibration: bool) -> None:
     """settings_reset; values change in place."""
     for key, entry in enumerate(entries):
-        if calibration or not entry.is_protected:
+        if calibration or not (entry.is_protected or entry.is_spared):
             values[key] = entry.factory
 
 
