@@ -14,8 +14,10 @@ from terazi.link.generated.messages import (
     ChainOrder,
     KfKind,
     Result,
+    Setting,
     Tare,
 )
+from terazi.link.generated.settings import SETTINGS, SettingKey
 from terazi.recorder import CaptureWriter
 
 METADATA = {
@@ -78,6 +80,13 @@ class CaptureMaker:
                 self.put(self.chain.frame(message, device_us))
             if self.chain.conversion % round(RATE_HZ) == 0:
                 self.say(self.chain.status())
+        return self
+
+    def settings(self, **changed: int) -> "CaptureMaker":
+        """Every SETTING, as `terazi log` asks for them; changed: by key's name."""
+        for setting in SETTINGS:
+            key = SettingKey(setting.key)
+            self.say(Setting(key, changed.get(key.name.lower(), setting.default)))
         return self
 
     def imu(

@@ -8,9 +8,10 @@ from collections.abc import Callable
 
 from host.tests.fake_chain import COUNTS_PER_G, EMPTY_COUNTS, RATE_HZ, Chain
 from host.tests.fake_commands import Eeprom
+from host.tests.fake_imu import FakeImu
 from terazi.cshared import FrameDecoder
 from terazi.link import Link
-from terazi.link.generated.messages import MESSAGES_BY_ID, StreamFlag, Weight
+from terazi.link.generated.messages import MESSAGES_BY_ID
 from terazi.units import US_PER_S
 
 
@@ -22,6 +23,7 @@ class Bench:
     drift : counts that the cell drifts by at a temperature, with load_g on it.
     lose : asked for each command's class name; True: obeyed, but the answer never arrives.
     deaf : likewise; True: the command never arrives.
+    imu : makes its IMU at each reset.
     """
 
     def __init__(
@@ -35,8 +37,10 @@ class Bench:
         drift: Callable[[float, float], float] = lambda _degrees, _load_g: 0.0,
         lose: Callable[[str], bool] = lambda _name: False,
         deaf: Callable[[str], bool] = lambda _name: False,
+        imu: Callable[[], FakeImu] | None = None,
         seed: int = 7,
     ) -> None:
+        self.imu = imu
         self.load_g = 0.0
         self.moves_g = 0.0
         self.counts_per_g, self.cell = counts_per_g, cell
@@ -55,7 +59,7 @@ class Bench:
 
     def reset(self) -> None:
         """Power off and on: what is not in EEPROM is gone."""
-        self.chain = Chain(self._counts)
+        self.chain = Chain(self._counts, imu=self.imu() if self.imu else None)
         self.chain.start(self.eeprom)
         self._begin_s = self._now_s
         self._waiting = self.chain.frame(self.chain.hello())
@@ -101,16 +105,16 @@ class Bench:
     def _convert(self) -> None:
         chain = self.chain
         sample = chain.sample()
-        if chain.mask & StreamFlag.SAMPLE:
+        if chain.wants(sample):
             self._waiting += chain.frame(sample)
         for message, device_us in chain.unasked():
-            flag = StreamFlag.WEIGHT if isinstance(message, Weight) else StreamFlag.EVENT
-            if chain.mask & flag:
+            if chain.wants(message):
                 self._waiting += chain.frame(message, device_us)
         if chain.device_us // US_PER_S > self._statuses:
             self._statuses += 1
-            if chain.mask & StreamFlag.STATUS:
-                self._waiting += chain.frame(chain.status())
+            for message in chain.health():
+                if chain.wants(message):
+                    self._waiting += chain.frame(message)
 
 
 class Script:

@@ -11,22 +11,28 @@ import random
 from collections.abc import Callable
 
 from host.tests.fake_commands import Commands
+from host.tests.fake_imu import FakeImu
 from terazi.cshared import Fir, Scale, ScaleFlag, WeightKf, WeightKfAdaptive, encode_frame
 from terazi.design import scale as scale_design
 from terazi.link.generated.messages import (
     FINGERPRINT,
+    Attitude,
     ChainOrder,
     ConverterState,
     Fault,
     FaultFlag,
     Hello,
+    Imu,
+    ImuStatus,
     KfKind,
+    Mag,
     Point,
     ResetCause,
     Sample,
     SampleFlag,
     Status,
     Step,
+    StreamFlag,
     Weight,
 )
 from terazi.units import COUNTS_RAIL_HIGH, COUNTS_RAIL_LOW
@@ -36,6 +42,15 @@ WEIGHT_EVERY_US = 100_000
 EMPTY_COUNTS = 84_000
 COUNTS_PER_G = 214_775 / 500
 TEMPERATURE_UNKNOWN = -(1 << 31)
+FLAGS = {
+    Sample: StreamFlag.SAMPLE,
+    Status: StreamFlag.STATUS,
+    ImuStatus: StreamFlag.STATUS,
+    Weight: StreamFlag.WEIGHT,
+    Attitude: StreamFlag.ATTITUDE,
+    Imu: StreamFlag.IMU,
+    Mag: StreamFlag.IMU,
+}
 
 
 def steps_and_noise(t_s: float) -> int:
@@ -53,8 +68,10 @@ class Chain(Commands):
         load: Callable[[float], int] = steps_and_noise,
         *,
         kf_kind: KfKind = KfKind.ADAPTIVE,
+        imu: FakeImu | None = None,
     ) -> None:
         self.load = load
+        self.imu = imu
         self.fingerprint = FINGERPRINT
         self.sequence = 0
         self.conversion = 0
@@ -122,6 +139,10 @@ class Chain(Commands):
         }
         return Status(**fields)
 
+    def health(self) -> list:
+        """STATUS, and what stands behind it."""
+        return [self.status(), self.imu.status()] if self.imu else [self.status()]
+
     def sample(self, *, restart: bool = False, skip: int = 0) -> Sample:
         """The next conversion; restart primes the filters anew, skip loses some before it."""
         self.conversion += 1 + skip
@@ -153,9 +174,16 @@ class Chain(Commands):
             weight_flags=int(self._weight_flags),
         )
 
+    def wants(self, message) -> bool:
+        """Whether the host has asked for messages of this kind."""
+        return bool(self.mask & FLAGS.get(type(message), StreamFlag.EVENT))
+
     def unasked(self) -> list[tuple]:
-        """(message, device_us) of what follows the latest sample: WEIGHT when due, and STEP."""
+        """(message, device_us) of what follows the latest sample: WEIGHT when due, and STEP; of
+        the IMU what has come meanwhile."""
         told: list[tuple] = []
+        while self.imu and self.imu.device_us + 1e6 / self.imu.rate_hz <= self.device_us:
+            told += [(message, self.imu.device_us) for message in self.imu.sample()]
         flags = self._weight_flags
         if flags & ScaleFlag.STEPPED:
             step = Step(self.scale.step_from_mg, self.scale.step_to_mg, self.scale.steps)

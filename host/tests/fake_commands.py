@@ -73,7 +73,7 @@ class Commands:
         self.eeprom = Eeprom()
         self.values = {one.key: one.default for one in SETTINGS}
         self.staged: list[Point] | None = None
-        self.mask = wire.StreamFlag(15)
+        self.mask = wire.StreamFlag(31)
         self._told_flags = None
         self._written_us: int | None = None
         self._failed = False
@@ -121,7 +121,7 @@ class Commands:
     # One method a command, named as the wire names it.
 
     def _get_info(self, _command):
-        return [self.hello(), self.status()]
+        return [self.hello(), *self.health()]
 
     def _set_stream(self, command):
         self.mask = command.mask

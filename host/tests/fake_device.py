@@ -16,8 +16,11 @@ from collections.abc import Callable
 
 from host.tests.fake_chain import RATE_HZ, Chain, steps_and_noise
 from host.tests.fake_commands import Eeprom
+from host.tests.fake_imu import FakeImu
 from terazi.cshared import FrameDecoder
-from terazi.link.generated.messages import FINGERPRINT, StreamFlag, Weight
+from terazi.link import BAUDS
+from terazi.link.generated.messages import FINGERPRINT
+from terazi.link.generated.settings import SettingKey
 
 SLICE_S = 0.002
 BOOT_S = 0.05
@@ -45,7 +48,8 @@ class FakeDevice:
         corrupt: frozenset[int] = frozenset(),  # frames of these samples arrive broken
         noise_before: frozenset[int] = frozenset(),  # stray bytes on the line before these
         restart_at: frozenset[int] = frozenset(),  # samples at which the filters start anew
-        baud: int | None = None,  # it speaks and hears no other; None: whichever the host has
+        imu: Callable[[], FakeImu] | None = None,  # makes one at each reset
+        baud: int | None = None,  # it speaks and hears no other, but as saved; None: any
     ) -> None:
         self.speed = speed
         self.load = load
@@ -60,6 +64,7 @@ class FakeDevice:
         self.silent_after = silent_after
         self.lose, self.corrupt, self.restart_at = lose, corrupt, restart_at
         self.noise_before = noise_before
+        self.imu = imu
         self.baud = baud
         self.resets = 0
         self.commands: list[int] = []
@@ -110,9 +115,11 @@ class FakeDevice:
 
     def _reset(self) -> None:
         self.resets += 1
-        self.chain = Chain(self.load)
+        self.chain = Chain(self.load, imu=self.imu() if self.imu else None)
         self.chain.fingerprint = self.fingerprint
         self.chain.start(self.eeprom)
+        if self.baud is not None and SettingKey.UART_BAUD in self.eeprom.values:
+            self.baud = BAUDS[self.eeprom.values[SettingKey.UART_BAUD]]
         self._decoder = FrameDecoder()
         self._statuses = 0
         time.sleep(BOOT_S)  # whoever opens a port discards what is stale in it, at once
@@ -159,13 +166,14 @@ class FakeDevice:
                 self._send_sample()
             if self.chain.device_us // 1_000_000 > self._statuses:
                 self._statuses += 1
-                if self.chain.mask & StreamFlag.STATUS:
-                    self._send(self.chain.frame(self.chain.status()))
+                for message in self.chain.health():
+                    if self.chain.wants(message):
+                        self._send(self.chain.frame(message))
 
     def _send_sample(self) -> None:
         index = self.chain.samples
         sample = self.chain.sample(restart=index in self.restart_at)
-        if self.chain.mask & StreamFlag.SAMPLE:
+        if self.chain.wants(sample):
             self._send_disturbed(index, self.chain.frame(sample))
         self._send_unasked()
 
@@ -180,8 +188,7 @@ class FakeDevice:
 
     def _send_unasked(self) -> None:
         for message, device_us in self.chain.unasked():
-            flag = StreamFlag.WEIGHT if isinstance(message, Weight) else StreamFlag.EVENT
-            if self.chain.mask & flag:
+            if self.chain.wants(message):
                 self._send(self.chain.frame(message, device_us))
 
     def _send(self, data: bytes) -> None:

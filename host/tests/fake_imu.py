@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from terazi.cshared import Mahony, Rest
+from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest
 from terazi.cshared.imu import AT_REST, BIAS_KNOWN
 from terazi.link.generated.messages import (
     Attitude,
@@ -27,12 +27,18 @@ RATE_HZ = 500
 WHO_AM_I = 0x68
 BIAS_COUNTS = (25, -14, 8)
 TURN_BEGIN_S, TURN_END_S, TURN_DEG_S = 3.0, 5.0, 45.0
+UPRIGHT = 8  # px_py
+FIELD_COUNTS = (1200, 10, -2400)
 ONE_G_COUNTS, COUNTS_PER_DEG_S = 2048, 16.384
 
 
 @dataclass
 class FakeImu:
-    """One sample a call. every: as the setting imu.every; mag_every: samples a field, 0: none."""
+    """One sample a call.
+
+    every : as the setting imu.every;  mag_every : samples a field, 0: none.
+    acc, gyro, mag : calibrations;  orientation : of part and magnetometer.
+    """
 
     every: int = 5
     mag_every: int = 0
@@ -41,9 +47,15 @@ class FakeImu:
     number: int = 0  # of the sample, as on the wire
     missed: int = 0
     state: ImuState = ImuState.RUNNING
+    acc: ImuCal = field(default_factory=ImuCal)
+    gyro: ImuCal = field(default_factory=ImuCal)
+    mag: ImuCal = field(default_factory=ImuCal)
+    orientation: int = UPRIGHT
+    bends: bool = False  # the attitude is wrong by one bit from here on
     _noise: random.Random = field(default_factory=lambda: random.Random(11))
     _mahony: Mahony | None = None
     _rest: Rest | None = None
+    _field: tuple[int, int, int] | None = None
     _flags: int = 0  # AttitudeFlag since the last ATTITUDE
 
     @property
@@ -66,28 +78,37 @@ class FakeImu:
         """The next sample after `lost` ones that the device itself missed: its messages."""
         self.number += 1 + lost
         self.missed += lost
-        acc, gyro = self._measured()
+        raw_acc, raw_gyro = self._measured()
+        turn = ImuTurn(self.orientation).apply
+        acc, gyro = turn(self.acc.apply(raw_acc)), turn(self.gyro.apply(raw_gyro))
         if self._mahony is None:
-            self._mahony, self._rest = Mahony(f"{self.rate_hz}hz"), None
-        if lost:
+            self._mahony = Mahony(f"{self.rate_hz}hz")
+            self._rest = Rest(f"{self.rate_hz}hz", gyro, acc)
+        elif lost:
             self._mahony.gap(lost)
             self._rest.interrupt()
             self._flags |= AttitudeFlag.GAP
-        if self._rest is None:
-            self._rest = Rest(f"{self.rate_hz}hz", gyro, acc)
         rested = self._rest.update(gyro, acc)
         self._mahony.update(gyro, acc, self._rest.bias_q16)
         told: list = []
         if self.mag_every and self.number % self.mag_every == 0:
-            told.append(Mag(self.number % 65536, 1200, 10, -2400))
+            self._field = turn(self.mag.apply(FIELD_COUNTS))
+            told.append(Mag(self.number % 65536, *FIELD_COUNTS))
+        if self._field is not None:
+            self._mahony.update_mag(self._field)
+            self._flags |= AttitudeFlag.HEADING
         if self.number % self.every == 0:
-            told.append(Imu(self.number % 65536, *acc, -11_000, *gyro))
-            flags = AttitudeFlag(self._flags)
-            flags |= AttitudeFlag.REST if rested & AT_REST else AttitudeFlag(0)
-            flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else AttitudeFlag(0)
-            told.append(Attitude(self.number % 65536, *self._mahony.quat_wb_q30, flags))
+            told.append(Imu(self.number % 65536, *raw_acc, -11_000, *raw_gyro))
+            told.append(self._attitude(rested))
             self._flags = 0
         return told
+
+    def _attitude(self, rested: int) -> Attitude:
+        flags = AttitudeFlag(self._flags)
+        flags |= AttitudeFlag.REST if rested & AT_REST else AttitudeFlag(0)
+        flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else AttitudeFlag(0)
+        w, x, y, z = self._mahony.quat_wb_q30
+        return Attitude(self.number % 65536, w, x + self.bends, y, z, flags)
 
     def status(self) -> ImuStatus:
         counts = self._mahony.counts if self._mahony else dict.fromkeys(("gaps", "railed"), 0)
