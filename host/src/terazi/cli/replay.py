@@ -20,7 +20,8 @@ def replay(capture: CaptureArgument, as_json: JsonOption = False) -> None:
     """Compute a recording's answers again, with the firmware's C and with the float models.
 
     Every answer of the device must be that of its C on this machine, bit for bit, and lie within
-    the error budget around the models. Exit code 10 if not, with the first differences.
+    the error budget around the models. Exit code 10 if not, with the first differences. Attitudes
+    are verified where `terazi log --imu` recorded every sample (imu.every=1).
 
     [dim]Examples:[/]  terazi replay weights.terazi      terazi replay weights.terazi --json
     """
@@ -28,7 +29,7 @@ def replay(capture: CaptureArgument, as_json: JsonOption = False) -> None:
     from terazi.recorder import load_recording
     from terazi.replay import replay as run
 
-    recording = load_recording(capture)
+    recording = load_recording(capture, needs_samples=False)
     result = run(recording)
     if as_json:
         print(json.dumps(_plain(recording, result)))
@@ -68,12 +69,15 @@ def _plain(recording, result) -> dict:
 
 
 def _show(recording, result) -> None:
-    out.print(
-        f"{result.samples} samples in {len(result.segments)} "
-        f"{'segment' if len(result.segments) == 1 else 'segments'}, "
-        f"FIR {result.design}, Kalman {result.schedule}; "
-        f"order and Kalman filter: {'; then '.join(result.chains)}"
-    )
+    if result.samples:
+        out.print(
+            f"{result.samples} samples in {len(result.segments)} "
+            f"{'segment' if len(result.segments) == 1 else 'segments'}, "
+            f"FIR {result.design}, Kalman {result.schedule}; "
+            f"order and Kalman filter: {'; then '.join(result.chains)}"
+        )
+    else:
+        out.print("no samples of the scale")
     head = ("stage", "against", "compared", "verdict", "largest", "budget")
     table = Table(*head, box=None, pad_edge=False)
     for stage in result.stages:
@@ -115,7 +119,7 @@ def _verdict(compared: int, wrong: int, good: str, bad: str) -> str:
 def _show_differences(stage) -> None:
     if not stage.differing:
         return
-    table = Table("sample", "conversion", "device", "this host", title=f"{stage.stage}: the first")
+    table = Table("sample", "number", "device", "this host", title=f"{stage.stage}: the first")
     for one in stage.first:
         table.add_row(str(one.sample), str(one.conversion), str(one.device), str(one.host))
     out.print(table)

@@ -2,8 +2,8 @@
 """ATTITUDE, IMU and MAG as columns: hundreds a second, so that no object is kept for each.
 
 In memory the columns are the message's own fields, beside host_s, device_us and boot as in
-columns.py, and `order`, the place of the message among all that came. In tables the fields are in
-units that people read.
+columns.py, `order`, the place of the message among all that came, and `lost`, how many frames were
+missing up to there. In tables the fields are in units that people read.
 """
 
 import dataclasses
@@ -17,7 +17,7 @@ from terazi.link.generated.messages import Attitude, AttitudeFlag, Imu, Mag
 from terazi.link.stream import Received
 
 KINDS = (Attitude, Imu, Mag)
-HEAD = {"host_s": "d", "device_us": "q", "boot": "i", "order": "q"}
+HEAD = {"host_s": "d", "device_us": "q", "boot": "i", "order": "q", "lost": "q"}
 # What messages.toml gives these fields; every other one fits in 32 bits with its sign.
 CODES = {"sample": "H", "flags": "B"}
 
@@ -33,9 +33,9 @@ class MessageColumns:
     def __len__(self) -> int:
         return len(self._arrays["host_s"])
 
-    def append(self, received: Received, order: int = 0) -> None:
+    def append(self, received: Received, order: int = 0, lost: int = 0) -> None:
         message = received.message
-        row = [received.host_s, received.device_us, received.boot, order]
+        row = [received.host_s, received.device_us, received.boot, order, lost]
         row += [int(getattr(message, name)) for name in self._names]
         for column, value in zip(self._arrays.values(), row, strict=True):
             column.append(value)
@@ -66,13 +66,14 @@ class InertialColumns:
     def __init__(self) -> None:
         self._columns = {kind: MessageColumns(kind) for kind in KINDS}
         self._told: list[tuple[int, Received]] = []
-        self._order = 0
+        self._order = self._lost = 0
 
     def take(self, received: Received) -> bool:
         """Whether it was one of KINDS, and is kept here."""
+        self._lost += received.lost_before
         columns = self._columns.get(type(received.message))
         if columns is not None:
-            columns.append(received, self._order)
+            columns.append(received, self._order, self._lost)
         self._order += 1
         return columns is not None
 

@@ -6,6 +6,8 @@
     mass    kf_counts_q7 -> mass_mg                            fir_counts
             by the calibration that held at the time
 
+and where an IMU was recorded its chain: attitude.py.
+
 Order and Kalman filter are those that the device announced, segment by segment.
 Where a segment's beginning is unknown, the FIR is compared from the first sample whose whole
 window was recorded, and the Kalman filter starts from the device's own answer once its gain
@@ -14,7 +16,7 @@ certain. The models' side: models.py
 """
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,41 +34,13 @@ from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.recorder.calibration import calibration_of
 from terazi.recorder.chain import Chain, chain_of, last_counts_q7
 from terazi.recorder.recording import Recording
+from terazi.replay.attitude import compare_attitude
 from terazi.replay.models import ModelResult, compare_with_models
 from terazi.replay.segments import Segment, segments_of
+from terazi.replay.stage import StageResult
 from terazi.replay.unverified import Unverified, unverified
 
 SCHEDULE_MAX = 255  # gains, weight_kf.h
-DIFFERENCES_SHOWN = 5
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One answer of the device that is not this host's."""
-
-    sample: int  # index in the recording
-    conversion: int
-    device: int
-    host: int
-
-
-@dataclass
-class StageResult:
-    """How one stage compares with the C."""
-
-    stage: str
-    compared: int = 0
-    differing: int = 0
-    first: list[Difference] = field(default_factory=list)
-
-    def add(self, samples: dict, indices: np.ndarray, device: np.ndarray, host: np.ndarray) -> None:
-        wrong = np.flatnonzero(device != host)
-        self.compared += len(indices)
-        self.differing += len(wrong)
-        for at in wrong[: DIFFERENCES_SHOWN - len(self.first)].tolist():
-            index = int(indices[at])
-            conversion = int(samples["conversion"][index])
-            self.first.append(Difference(index, conversion, int(device[at]), int(host[at])))
 
 
 @dataclass
@@ -114,15 +88,19 @@ def replay(recording: Recording) -> Replay:
         else:
             _compare_kalman(kalman, samples, segment, schedule, order)
     stretches = calibration_of(recording)
+    attitude, of_attitude = compare_attitude(recording)
     return Replay(
         samples=len(recording),
         segments=segments,
         design=design,
         schedule=schedule,
         chains=_chains(chain, segments),
-        stages=[fir, kalman, _compare_mass(recording, chain)],
+        stages=[fir, kalman, _compare_mass(recording, chain), *attitude],
         models=compare_with_models(recording, segments, design, schedule, chain),
-        unverified=unverified(len(recording), segments, chain, stretches, design, kalman.compared),
+        unverified=[
+            *unverified(len(recording), segments, chain, stretches, design, kalman.compared),
+            *of_attitude,
+        ],
     )
 
 
@@ -194,7 +172,7 @@ def _compare_kalman(result, samples: dict, segment: Segment, schedule: str, orde
 
 def _add(result, samples: dict, name: str, segment: Segment, host: np.ndarray, skip: int) -> None:
     indices = np.arange(segment.begin + skip, segment.end)
-    result.add(samples, indices, samples[name][indices], host[skip:])
+    result.add(samples["conversion"], indices, samples[name][indices], host[skip:])
 
 
 class _Steady:
@@ -220,7 +198,7 @@ def _compare_mass(recording: Recording, chain: Chain) -> StageResult:
         known = np.arange(stretch.begin, stretch.end)
         known = known[chain.is_certain[known]]
         host = scale_of(stretch.points).masses(last_q7[known])
-        result.add(samples, known, samples["mass_mg"][known], host)
+        result.add(samples["conversion"], known, samples["mass_mg"][known], host)
     return result
 
 

@@ -33,6 +33,8 @@ def segments_of(samples: dict[str, np.ndarray]) -> list[Segment]:
     filters ran on over it just as the replay does.
     """
     count = len(samples["conversion"])
+    if not count:
+        return []
     flags = samples["flags"]
     restarted = (flags & int(SampleFlag.RESTARTED)) != 0
     gap = (flags & int(SampleFlag.GAP)) != 0
@@ -40,8 +42,7 @@ def segments_of(samples: dict[str, np.ndarray]) -> list[Segment]:
     lost_here = (step != 1) & ~(gap & (samples["lost_before"] == 0))
     other_run = np.diff(samples["boot"], prepend=samples["boot"][:1]) != 0
     cuts = restarted | lost_here | other_run
-    if count:
-        cuts[0] = True
+    cuts[0] = True
     begins = np.flatnonzero(cuts)
     ends = [*begins[1:].tolist(), count]
     return [
