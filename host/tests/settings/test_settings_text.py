@@ -81,7 +81,7 @@ def test_flags_and_truths_are_written_as_such():
 WRONG = [
     ("[scale", "a file is no TOML", "export"),
     ("[scales]\n", "scales is no group that this host knows", "Did you mean scale?"),
-    ("max_mg = 5\n", "max_mg is no group", "There are scale"),
+    ("max_mg = 5\n", "max_mg is no group", "It belongs under [scale]"),
     ("scale = 5\n", "scale is no table", "[scale]"),
     ("[scale]\nmax_g = 5\n", "scale.max_g is no setting", "Did you mean scale.max_mg?"),
     ("[scale]\nmax_mg = 5.0\n", "scale.max_mg is a number with a point", "whole number"),

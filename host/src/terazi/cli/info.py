@@ -20,6 +20,8 @@ from terazi.cli.common import (
     show_version,
 )
 
+# IMU_STATUS stands behind STATUS; one that has not come by then does not come.
+IMU_WAIT_S = 0.3
 # The device knows its converter's rate after some conversions (0.2 s at 80 SPS, 2 s at 10 SPS).
 RATE_WAIT_S = 3.0
 SETTINGS_SHOWN = (
@@ -31,6 +33,8 @@ SETTINGS_SHOWN = (
     "calibration.tare_mg",
     "checkweigher.on",
     "temperature.on",
+    "imu.mode",
+    "imu.every",
 )
 # Of STATUS: what stands above zero on a healthy board, or is told in words.
 NO_COUNTERS = {
@@ -58,7 +62,8 @@ def info(
 ) -> None:
     """Say who is at the port, how it is, and what is wrong. Resets the board.
 
-    Firmware, converter, filters, calibration, settings; each fault with what to do about it.
+    Firmware, converter, filters, calibration, settings, IMU and tilt; each fault with what to do
+    about it.
 
     [dim]Examples:[/]  terazi info      terazi info /dev/ttyACM0 --json
     """
@@ -73,10 +78,11 @@ def info(
             status = _status_with_rate(link, wait)
             points = balance.points()
             settings = read_settings(link, SETTINGS_SHOWN)
+            imu = _imu_status(link)
     if as_json:
-        print(json.dumps(_plain(port, hello, status, points, settings)))
+        print(json.dumps(_plain(port, hello, status, points, settings, imu)))
     else:
-        _show(port, hello, status, points, settings)
+        _show(link, status, points, settings, imu)
 
 
 def _status_with_rate(link, wait_s: float):
@@ -88,8 +94,21 @@ def _status_with_rate(link, wait_s: float):
     return status
 
 
-def _plain(port: str, hello, status, points, settings: dict[str, int]) -> dict:
-    from terazi.control import faults
+def _imu_status(link):
+    """The newest IMU_STATUS; None where the board has seen no IMU."""
+    from terazi.link.generated.messages import ImuStatus
+
+    link.status()
+    received = link.pending()
+    end_s = link.now_s() + IMU_WAIT_S
+    while link.now_s() < end_s and not isinstance(received[-1].message, ImuStatus):
+        received += link.poll(end_s - link.now_s())
+    found = [one.message for one in received if isinstance(one.message, ImuStatus)]
+    return found[-1] if found else None
+
+
+def _plain(port: str, hello, status, points, settings: dict[str, int], imu) -> dict:
+    from terazi.control import faults, inertial
     from terazi.link.plain import plain_message
 
     return {
@@ -100,18 +119,22 @@ def _plain(port: str, hello, status, points, settings: dict[str, int]) -> dict:
         "faults_seen": faults.names(status.faults_seen),
         "points": [{"counts_q7": point.counts_q7, "mass_mg": point.mass_mg} for point in points],
         "settings": settings,
+        "imu": None if imu is None else plain_message(imu) | {"tilt_deg": inertial.tilt_deg(imu)},
     }
 
 
-def _show(port: str, hello, status, points, settings: dict[str, int]) -> None:
+def _show(link, status, points, settings: dict[str, int], imu) -> None:
+    hello, line = link.hello(), f" ({link.baud} baud)" if link.baud else ""
     table = Table.grid(padding=(0, 2))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
-    table.add_row("device", f"Terazi {show_version(hello)} at {port}")
+    table.add_row("device", f"Terazi {show_version(hello)} at {link.name}{line}")
     table.add_row("", f"protocol 0x{hello.protocol_fingerprint:04X}, {_started(hello, status)}")
     table.add_row("converter", _converter(hello, status))
     table.add_row("filters", _filters(hello))
     for name, words in _scale(points, settings):
+        table.add_row(name, words)
+    for name, words in _imu(imu, settings):
         table.add_row(name, words)
     table.add_row("settings", _settings(status))
     table.add_row(
@@ -166,6 +189,31 @@ def _scale(points, settings: dict[str, int]) -> list[tuple[str, str]]:
         ("", f"zero {show_mass(zero_mg)}, tare {show_mass(tare_mg)}"),
     ]
     return [*rows, ("", f"{' and '.join(extras)} on")] if extras else rows
+
+
+def _imu(imu, settings: dict[str, int]) -> list[tuple[str, Text | str]]:
+    """The part, its rate, what went wrong, and how the board lies."""
+    from terazi.control import inertial
+    from terazi.control.setting_text import find_setting, show_value
+    from terazi.link.generated.messages import ImuState
+
+    mode = show_value(find_setting("imu.mode"), settings["imu.mode"])
+    if imu is None:
+        words = "none was seen" if settings["imu.mode"] else "switched off (imu.mode)"
+        return [("IMU", words)]
+    rows: list[tuple[str, Text | str]] = [("IMU", inertial.part_words(imu))]
+    if warning := inertial.identity_warning(imu):
+        rows.append(("", Text(warning, style="yellow")))
+    rate = f"mode {mode}, every {settings['imu.every']}. sample is told"
+    rows.append(("", f"{inertial.magnetometer_words(imu)}; {rate}"))
+    trouble = ", ".join(f"{name} {count}" for name, count in inertial.trouble(imu).items())
+    style = "red" if trouble else ""
+    rows.append(("", Text(f"{imu.samples} samples, {trouble or 'none lost'}", style=style)))
+    if imu.state == ImuState.RUNNING:
+        bias = ", ".join(f"{rate:+.2f}" for rate in inertial.bias_deg_s(imu))
+        rows.append(("", f"gyroscope's bias {bias} °/s"))
+        rows.append(("tilt", inertial.tilt_words(inertial.tilt_deg(imu))))
+    return rows
 
 
 def _settings(status) -> str:

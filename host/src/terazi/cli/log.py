@@ -44,6 +44,12 @@ def log(
         typer.Option(help="Stop after so long; without it, ctrl-C stops.", min=0.0),
     ] = None,
     baud: BaudOption = BAUD_DEFAULT,
+    imu: Annotated[
+        bool,
+        typer.Option(
+            "--imu", help="The IMU's raw samples, too; one in imu.every, and a replay needs all."
+        ),
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an older recording.")] = False,
 ) -> None:
     """Record the board: raw bytes as the source of truth, tables beside them. Resets the board.
@@ -52,6 +58,7 @@ def log(
 
     [dim]Examples:[/]  terazi log -o weights.terazi
     terazi log /dev/ttyACM0 -o weights.terazi --seconds 60
+    terazi set imu.every=1 uart.baud=500000, then terazi log --imu -o motion.terazi
     """
     from terazi.link import find_port, open_link
     from terazi.recorder import Recorder
@@ -73,7 +80,7 @@ def log(
         if not seconds:
             errors.print("ctrl-C ends the recording", style="dim")
         with link:
-            fault = _record(link, recorder, stop, seconds)
+            fault = _record(link, recorder, stop, seconds, imu)
         summary = recorder.finish(link.stream, link.now_s())
     _show_summary(summary)
     faults = [fault] if fault is not None else []
@@ -108,12 +115,12 @@ class Stop:
             raise KeyboardInterrupt
 
 
-def _record(link, recorder, stop: Stop, seconds: float | None):
+def _record(link, recorder, stop: Stop, seconds: float | None, imu: bool):
     """Record until the time is up or a signal comes; gives what went wrong, if anything."""
     from terazi.errors import TeraziError
 
     try:
-        _ask_for_all(link)
+        _ask_for_all(link, imu)
         begin_s = link.now_s()
         line = LiveLine(link, recorder, seconds)
         with line.shown():
@@ -132,17 +139,24 @@ def _record(link, recorder, stop: Stop, seconds: float | None):
     return None
 
 
-def _ask_for_all(link) -> None:
-    """Samples as they come, and once settings and points, by which a replay verifies the mass."""
+def _ask_for_all(link, imu: bool) -> None:
+    """Samples as they come, and once settings and points, by which a replay verifies the mass.
+
+    imu : raw samples of the IMU, too, from the first one on: it takes 0.1 s to wake.
+    """
     from terazi.control import Balance
     from terazi.control.settings import read_settings
     from terazi.errors import CommandRefused, NoAnswer
     from terazi.link.generated.messages import SetStream, StreamFlag
     from terazi.link.generated.settings import SETTINGS_BY_NAME
+    from terazi.link.load import imu_advice
 
     try:
-        link.command(SetStream(mask=sum(StreamFlag)))
-        read_settings(link, SETTINGS_BY_NAME)
+        mask = sum(StreamFlag) if imu else sum(StreamFlag) & ~StreamFlag.IMU
+        link.command(SetStream(mask=mask))
+        settings = read_settings(link, SETTINGS_BY_NAME)
+        for advice in imu_advice(settings, link.baud) if imu else []:
+            errors.print(advice, style="yellow", markup=False, soft_wrap=True)
         for _attempt in range(ASKED_MOST):
             # Behind a frame that was lost no points hold that were told before it.
             lost = link.stream.frames_lost
@@ -235,6 +249,8 @@ def _show_summary(summary) -> None:
         show(name, str(count), "red" if count else "")
 
     show("recorded", f"{summary.samples} samples in {show_duration(summary.duration_s)}")
+    if summary.attitudes or summary.imu_samples:
+        show("of the IMU", f"{summary.imu_samples} raw samples, {summary.attitudes} attitudes")
     show_count("frames lost", summary.frames_lost)
     show_count("frames corrupt", summary.frames_bad)
     show_count("conversions lost", summary.conversions_lost)

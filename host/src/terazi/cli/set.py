@@ -12,6 +12,10 @@ from rich.text import Text
 from terazi.cli.board import board
 from terazi.cli.common import BAUD_DEFAULT, BaudOption, JsonOption, errors, out
 
+UART_BAUD = "uart.baud"
+SENSORS = ("acc", "gyro", "mag")
+PORT_REST_S = 0.3  # between closing a port and opening it again: the USB bridge must see both
+
 
 def set(
     words: Annotated[
@@ -51,10 +55,11 @@ def set(
 ) -> None:
     """Show and change what outlives a reset: Max, display, filters, checkweigher. Resets the board.
 
-    Values bear units or are in the setting's own. Either all that is given holds, or nothing.
+    Values bear units or are in the setting's own. Either all that is given holds, or nothing. With
+    a new uart.baud the board starts anew, and is looked for at that rate.
 
     [dim]Examples:[/]  terazi set --list      terazi set max=5kg e=1g unit=kg decimals=3
-    terazi set --export scale.toml      terazi set --import scale.toml
+    terazi set uart.baud=500000      terazi set --export scale.toml
     """
     from terazi.control import Balance
     from terazi.control.setting_text import find_setting, parse_value
@@ -79,6 +84,9 @@ def set(
         from terazi.settings import read_settings_file
 
         file = read_settings_file(import_)
+    new_baud = (file.settings if file else wanted).get(UART_BAUD)
+    if no_save and new_baud is not None:
+        raise UsageError(f"{UART_BAUD} holds from the next start on: it goes without --no-save")
     with board(port, baud) as link:
         balance = Balance(link)
         if export:
@@ -91,6 +99,42 @@ def set(
             _reset(balance, everything, no_save)
         if asked or list_ or not (wanted or export or import_ or reset):
             _list(link, asked, as_json)
+        name, old_baud = link.name, link.baud
+    if reset:
+        new_baud = _default_baud()
+    if new_baud is not None and old_baud is not None:
+        _restart(name, old_baud, new_baud, as_json)
+
+
+def _default_baud() -> int:
+    from terazi.control.setting_text import find_setting
+
+    return find_setting(UART_BAUD).default
+
+
+def _restart(port: str, old_baud: int, new_baud: int, as_json: bool) -> None:
+    """Let the board begin anew where it has to speak at another rate, and find it there.
+
+    new_baud : as the setting has it.
+    """
+    import time
+
+    from terazi.link import BAUDS
+
+    wanted = BAUDS[new_baud]
+    if wanted == old_baud:
+        return
+    time.sleep(PORT_REST_S)
+    with board(port, None) as link:
+        found = link.baud
+    if found != wanted:
+        errors.print(
+            f"It still speaks {found} baud: opening its port does not reset it. Press its button.",
+            style="yellow",
+            soft_wrap=True,
+        )
+    elif not as_json:
+        out.print(f"restarted: it speaks {found} baud now", style="green")
 
 
 def _sorted_words(words: list[str]) -> tuple[str | None, list[tuple[str, str]], list[str]]:
@@ -275,11 +319,17 @@ def _list(link, asked: list, as_json: bool) -> None:
 
 
 def _is_idle(setting, values: dict[str, int]) -> bool:
-    """Whether this is of a point or class beyond those that there are."""
+    """Whether this is of a point or class beyond those that there are, or of a sensor that was
+    never calibrated."""
+    if setting.group in SENSORS and setting.name != "orientation":
+        return not any(
+            value
+            for name, value in values.items()
+            if name.startswith(f"{setting.group}.") and not name.endswith(".orientation")
+        )
+    limits = {
+        "checkweigher": values["checkweigher.classes"] - 1,
+        "calibration": values["calibration.points"],
+    }
     number = setting.name.rpartition("_")[2]
-    if not number.isdecimal():
-        return False
-    limits = values["checkweigher.classes"] - 1
-    return int(number) >= (
-        limits if setting.group == "checkweigher" else values["calibration.points"]
-    )
+    return number.isdecimal() and int(number) >= limits.get(setting.group, int(number) + 1)

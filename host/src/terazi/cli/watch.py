@@ -30,7 +30,8 @@ def watch(
         bool, typer.Option("--json", help="One JSON object a line for each message that comes.")
     ] = False,
 ) -> None:
-    """Show what lies on the scale, live, with all that it tells. Resets the board.
+    """Show what lies on the scale, live, with all that it tells, and how the board lies where it
+    has an IMU. Resets the board.
 
     Keys: t tares, z sets zero, c clears the tare, q quits. Where standard output is no terminal,
     a line whenever something changes.
@@ -38,10 +39,11 @@ def watch(
     [dim]Examples:[/]  terazi watch      terazi watch --seconds 60 > weights.txt
     """
     from terazi.control.display import Watch
+    from terazi.link.generated.messages import StreamFlag
 
     with board(port, baud) as link:
         state = Watch(link)
-        state.balance.quiet_stream()
+        state.balance.quiet_stream(StreamFlag.ATTITUDE)
         screen = _Json() if as_json else _Screen(link.name) if out.is_terminal else _Lines()
         state.on_told = screen.take
         try:
@@ -89,10 +91,12 @@ def _obey(key: str, state, screen, keys) -> None:
 
 
 class _Lines:
-    """Plain lines for a pipe: the weight when its display or marks change, and events."""
+    """Plain lines for a pipe: the weight when its display or marks change, and events; the
+    attitude when it has turned, once a second at most."""
 
     def __init__(self) -> None:
         self._before = ""
+        self._attitude, self._attitude_us = "", 0
 
     def __enter__(self):
         return self
@@ -102,7 +106,7 @@ class _Lines:
 
     def take(self, received, events: list[str]) -> None:
         from terazi.control.display import marks, shown
-        from terazi.link.generated.messages import Weight
+        from terazi.link.generated.messages import Attitude, Weight
         from terazi.units import s_from_us
 
         for line in events:
@@ -113,6 +117,21 @@ class _Lines:
             if words != self._before:
                 self._before = words
                 print(f"{s_from_us(received.device_us):10.3f} s  {words}", flush=True)
+
+        if isinstance(received.message, Attitude):
+            self._take_attitude(received)
+
+    def _take_attitude(self, received) -> None:
+        from terazi.control.inertial import attitude_words
+        from terazi.units import US_PER_S, s_from_us
+
+        if self._attitude and received.device_us - self._attitude_us < US_PER_S:
+            return
+        self._attitude_us = received.device_us
+        words = attitude_words(received.message)
+        if words != self._attitude:
+            self._attitude = words
+            print(f"{s_from_us(received.device_us):10.3f} s  {words}", flush=True)
 
     def draw(self, _state, _has_keys: bool) -> None:
         """What there is to show was printed as it came."""
@@ -162,7 +181,8 @@ class _Screen:
         self._live.update(Group(*self._content(state, has_keys)), refresh=True)
 
     def _content(self, state, has_keys: bool) -> list[Text]:
-        rows = [self._weight(state), *self._health(state), *self._counts(state)]
+        rows = [self._weight(state), *self._attitude(state)]
+        rows += [*self._health(state), *self._counts(state)]
         rows += [Text(line, style="dim", no_wrap=True) for line in state.events]
         if self._said:
             rows.append(self._said)
@@ -182,6 +202,23 @@ class _Screen:
         for word in words[1:]:
             row.append(f"   {word}", style="bold red" if word in ("over", "under") else "cyan")
         return row
+
+    def _attitude(self, state) -> list[Text]:
+        from terazi.control import inertial
+        from terazi.link.generated.messages import ImuState
+
+        if state.attitude is None:
+            return []
+        status = state.imu_status
+        if status is not None and status.state != ImuState.RUNNING:
+            return [Text(f"  IMU {inertial.state_words(status)}", style="bold red")]
+        row = Text(f"  {inertial.attitude_words(state.attitude)}", no_wrap=True)
+        flags = state.attitude.flags
+        for words in inertial.flag_words(flags & ~inertial.ALARMING):
+            row.append(f"   {words}", style="cyan")
+        for words in inertial.flag_words(flags & inertial.ALARMING):
+            row.append(f"   {words}", style="bold red")
+        return [row]
 
     def _health(self, state) -> list[Text]:
         from terazi.control import faults

@@ -32,6 +32,7 @@ SILENCE_S = 2.0  # without a WEIGHT for so long, something is wrong: they come 1
 TURN_S = 0.1
 SAVED_S = 10.0  # 190 bytes of 3.4 ms each take 0.7 s
 POINTS_MAX = 8
+QUIET = StreamFlag.WEIGHT | StreamFlag.STATUS | StreamFlag.EVENT
 
 Show = Callable[["Balance"], None]
 
@@ -49,10 +50,12 @@ class Balance:
         self._awaited = 0  # id of the command whose ACK makes older weights worthless
         self.on_received: Callable[[Received], None] = lambda _received: None
 
-    def quiet_stream(self) -> None:
-        """No SAMPLE: a slow line, and a person who thinks long, lose nothing."""
-        wanted = StreamFlag.WEIGHT | StreamFlag.STATUS | StreamFlag.EVENT
-        self.link.command(SetStream(mask=wanted))
+    def quiet_stream(self, more: StreamFlag = QUIET) -> None:
+        """No SAMPLE, nothing of the IMU: a slow line, and a person who thinks long, lose nothing.
+
+        more : what is wanted nevertheless.
+        """
+        self.link.command(SetStream(mask=QUIET | more))
 
     def take(self, received: Received) -> None:
         """Note a message that came in, and hand it on."""

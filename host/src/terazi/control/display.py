@@ -10,8 +10,10 @@ from terazi.control.balance import Balance
 from terazi.control.quantities import show_mass
 from terazi.link import Link, Received
 from terazi.link.generated.messages import (
+    Attitude,
     Fault,
     FaultFlag,
+    ImuStatus,
     Product,
     Status,
     Step,
@@ -86,6 +88,8 @@ class Watch:
         self.balance.on_received = self._note
         self.on_told: Callable[[Received, list[str]], None] = lambda _received, _events: None
         self.status: Status | None = None
+        self.attitude: Attitude | None = None
+        self.imu_status: ImuStatus | None = None
         self.counts = Counts()
         self.events: deque[str] = deque(maxlen=EVENTS_KEPT)
         self.restarts = 0
@@ -97,9 +101,14 @@ class Watch:
         lines = []
         if received.boot != self.restarts:
             self.restarts = received.boot
+            self.attitude = self.imu_status = None
             lines.append("the board has started anew")
         if isinstance(message, Status):
             self.status = message
+        if isinstance(message, Attitude):
+            self.attitude = message
+        if isinstance(message, ImuStatus):
+            self.imu_status = message
         if isinstance(message, (Weight, Status, Fault)):
             lines += self._changes_of_faults(message.faults)
         if isinstance(message, Step):

@@ -115,7 +115,7 @@ def _chosen(setting: Setting, text: str) -> int:
         return sum(choices.values()) if text.lower() == ALL else 0
     names = re.split(r"[+,| ]+", text.lower()) if setting.is_flags else [text.lower()]
     value = 0
-    for name in names:
+    for name in (_in_full(one, choices) for one in names):
         if name not in choices:
             near = difflib.get_close_matches(name, choices, n=1)
             hint = f"Did you mean {near[0]}? " if near else ""
@@ -124,6 +124,14 @@ def _chosen(setting: Setting, text: str) -> int:
             )
         value |= choices[name]
     return value
+
+
+def _in_full(name: str, choices: dict[str, int]) -> str:
+    """500000 for b500000, 64 for a_64: a number whose letters are missing, where only one fits."""
+    if not name.isdecimal():
+        return name
+    fitting = [one for one in choices if re.fullmatch(rf"[a-z]+_?{name}", one)]
+    return fitting[0] if len(fitting) == 1 else name
 
 
 def _number(setting: Setting, text: str) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from terazi import __version__
 from terazi.errors import CannotWrite, UsageError
-from terazi.link.generated.messages import FINGERPRINT, Sample, SampleFlag
+from terazi.link.generated.messages import FINGERPRINT, Attitude, Imu, Sample, SampleFlag
 from terazi.link.stream import MessageStream, Received
 from terazi.recorder.capture import CaptureWriter
 from terazi.recorder.files import cannot_write
@@ -29,6 +29,8 @@ class Summary:
     frames_bad: int
     conversions_lost: int
     restarts: int
+    imu_samples: int = 0
+    attitudes: int = 0
     tables: list[Path] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     faults: list[CannotWrite] = field(default_factory=list)
@@ -59,7 +61,7 @@ class Recorder:
         self._conversion: int | None = None
         self._last_host_s = 0.0
         self._write_fault: CannotWrite | None = None
-        self.samples = 0
+        self.samples = self.imu_samples = self.attitudes = 0
         self.conversions_lost = 0
 
     def on_bytes(self, host_s: float, data: bytes) -> None:
@@ -102,6 +104,8 @@ class Recorder:
             self._tables.add_sample(received, self._lost_before)
             self._lost_before = 0
         else:
+            self.imu_samples += isinstance(message, Imu)
+            self.attitudes += isinstance(message, Attitude)
             self._tables.add_message(received)
 
     def finish(self, stream: MessageStream, host_s: float | None = None) -> Summary:
@@ -125,6 +129,8 @@ class Recorder:
             frames_bad=stream.frames_bad,
             conversions_lost=self.conversions_lost,
             restarts=stream.boot,
+            imu_samples=self.imu_samples,
+            attitudes=self.attitudes,
             tables=self._tables.written,
             notes=self._tables.notes,
             faults=faults + self._tables.faults,

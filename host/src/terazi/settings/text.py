@@ -115,6 +115,9 @@ def parse_settings(text: str, where: str) -> SettingsFile:
     settings, points = {}, None
     for group, table in content.items():
         if group not in groups:
+            homes = [one.group for one in SETTINGS if one.name == group]
+            if homes:
+                _refuse(where, group, "is no group", f"It belongs under [{homes[0]}].")
             _refuse_name(where, group, groups, "group")
         if not isinstance(table, dict):
             _refuse(where, group, "is no table", f"Write [{group}] above its settings.")
