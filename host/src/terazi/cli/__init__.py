@@ -20,6 +20,7 @@ VERBS = [
     "info",
     "calibrate",
     "watch",
+    "live",
     "tare",
     "set",
     "log",
