@@ -38,3 +38,8 @@ def runner_settings_elf():
 @pytest.fixture(scope="session")
 def runner_faults_elf():
     return built("runner_faults.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_zupt_elf():
+    return built("runner_zupt.elf")

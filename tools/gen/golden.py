@@ -25,6 +25,7 @@ from terazi.models import (
     exact_scale,
     exact_temperature,
     exact_weight_kf_adaptive,
+    exact_zupt,
     settings,
 )
 from tools.gen.spec import ROOT
@@ -32,7 +33,7 @@ from tools.gen.spec import ROOT
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
 TWINS = (exact, exact_checkweigher, exact_faults, exact_imu, exact_scale, exact_temperature)
-TWINS += (exact_weight_kf_adaptive, settings, specs)
+TWINS += (exact_weight_kf_adaptive, exact_zupt, settings, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -325,6 +326,7 @@ def drafts() -> list[Draft]:
         golden_scale,
         golden_settings,
         golden_temperature,
+        golden_zupt,
     )
 
     return [
@@ -341,6 +343,7 @@ def drafts() -> list[Draft]:
         *golden_settings.drafts(),
         *golden_faults.drafts(),
         *golden_temperature.drafts(),
+        *golden_zupt.drafts(),
     ]
 
 

@@ -24,6 +24,7 @@ from tools.gen import (
     settings_py,
     settings_spec,
     temperature_limits,
+    zupt_configs,
 )
 from tools.gen.spec import ROOT, load
 
@@ -35,6 +36,7 @@ def outputs() -> dict[str, str]:
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
     adaptive = load("weight_kf_adaptive")
     rest, mahony, scale = load("rest"), load("mahony"), load("scale")
+    zupt = load("zupt")
     wire = messages_spec.parse(messages)
     settings_file = load("settings")
     settings = settings_spec.parse(settings_file, wire)
@@ -56,6 +58,8 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/weight_kf_adaptive_variants.c": filters.kf_adaptive_source(adaptive),
         f"{GENERATED_C}/mahony_configs.h": mahony_configs.header(mahony),
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
+        f"{GENERATED_C}/zupt_configs.h": zupt_configs.header(zupt),
+        f"{GENERATED_C}/zupt_configs.c": zupt_configs.source(zupt),
         f"{GENERATED_C}/faults_limits.h": faults_limits.header(load("faults")),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
         f"{GENERATED_C}/scale_units.c": scale_units.source(scale),

@@ -21,6 +21,7 @@ from tools.measure import (
     runner_scale,
     runner_settings,
     runner_temperature,
+    runner_zupt,
 )
 from virtual_uno.profile import Cost
 
@@ -29,6 +30,7 @@ RUNNER_SCALE = RUNNER.with_name("runner_scale.elf")  # one chip does not hold al
 RUNNER_FAULTS = RUNNER.with_name("runner_faults.elf")
 RUNNER_SETTINGS = RUNNER.with_name("runner_settings.elf")
 RUNNER_TEMPERATURE = RUNNER.with_name("runner_temperature.elf")
+RUNNER_ZUPT = RUNNER.with_name("runner_zupt.elf")
 SEED = 7
 RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
 
@@ -118,6 +120,7 @@ def _cases() -> dict[str, Case]:
         "temperature": Case(
             "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
         ),
+        "zupt": Case("zupt_update", runner_zupt.drive, elf=RUNNER_ZUPT),
         **cases,
     }
 

@@ -16,7 +16,7 @@ WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion"
 # start-up code that fills RAM.
 LAWFUL = re.compile(
     r"(port|fir|weight_kf|mass|frame|messages|imu_cal|rest|mahony|scale|temperature)_\w+"
-    r"|checkweigher_\w+|faults_\w+|settings_\w+"
+    r"|checkweigher_\w+|faults_\w+|settings_\w+|zupt_\w+"
     r"|__u?mulhisi3|__muluhisi3|mem(cpy|move|set)|__tablejump2__|__do_copy_data|__do_clear_bss"
 )
 

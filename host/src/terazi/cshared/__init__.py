@@ -36,6 +36,7 @@ from terazi.cshared.scales import (
     ScaleStatus,
 )
 from terazi.cshared.temperature import Temperature
+from terazi.cshared.zupt import ZUPT_DETECTORS, ZUPT_RATES, Zupt
 
 __all__ = [
     "FIR_DESIGNS",
@@ -45,6 +46,8 @@ __all__ = [
     "WEIGHT_KF_ADAPTIVE_VARIANTS",
     "WEIGHT_KF_SCHEDULES",
     "WIRE_FINGERPRINT",
+    "ZUPT_DETECTORS",
+    "ZUPT_RATES",
     "Checkweigher",
     "CheckweigherEvent",
     "Fault",
@@ -69,6 +72,7 @@ __all__ = [
     "WeightKf",
     "WeightKfAdaptive",
     "WeightKfPair",
+    "Zupt",
     "crc16",
     "encode_frame",
     "fir_block",
