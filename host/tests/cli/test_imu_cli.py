@@ -13,6 +13,7 @@ from host.tests.cli.test_scale_cli import assert_fails, terazi
 from host.tests.fake_commands import Eeprom
 from host.tests.fake_device import FakeDevice
 from host.tests.fake_imu import FakeImu
+from terazi.control.inertial import tilt_words
 from terazi.link.generated.messages import ImuState
 from terazi.link.generated.settings import SettingKey
 from terazi.link.load import baud_for, imu_advice
@@ -32,6 +33,18 @@ def test_info_tells_of_the_imu_and_how_it_lies():
         r"tilt +\d\.\d\d° off the vertical: a scale weighs 0\.\d\d\d% too", done.stdout
     )
     assert "sibling" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("tilt_deg", "words"),
+    [
+        (0.0, "0.00° off the vertical: a scale weighs 0.000 % too little"),
+        (2.0, "2.00° off the vertical: a scale weighs 0.061 % too little"),
+        (178.0, "178.0° off the vertical: no scale stands so"),
+    ],
+)
+def test_tilt_is_told_with_what_a_scale_makes_of_it(tilt_deg, words):
+    assert tilt_words(tilt_deg) == words
 
 
 def test_info_names_a_sibling_warns_and_goes_on():

@@ -22,6 +22,8 @@ COUNTERS = (
     *("railed", "mag_refused", "mag_disturbed", "gaps"),
 )
 
+NO_SCALE_DEG = 30.0
+
 FLAG_WORDS = {
     AttitudeFlag.REST: "at rest",
     AttitudeFlag.STILL: "still",
@@ -88,8 +90,10 @@ def tilt_deg(status: ImuStatus) -> float:
 
 def tilt_words(tilt: float) -> str:
     """A tilt in degrees, and what a scale makes of it."""
+    if tilt > NO_SCALE_DEG:
+        return f"{tilt:.1f}° off the vertical: no scale stands so"
     share = 1.0 - math.cos(math.radians(tilt))
-    return f"{tilt:.2f}° off the vertical: a scale weighs {share:.3%} too little"
+    return f"{tilt:.2f}° off the vertical: a scale weighs {100 * share:.3f} % too little"
 
 
 def angles_deg(attitude: Attitude) -> tuple[float, float, float]:
