@@ -10,6 +10,8 @@ from typing import Annotated
 import typer
 
 from terazi.cli.board import board
+from terazi.cli.calibrate_imu import Wish
+from terazi.cli.calibrate_imu import run as run_imu
 from terazi.cli.common import BAUD_DEFAULT, BaudOption, JsonOption, PortArgument, errors, out
 
 
@@ -60,6 +62,40 @@ def calibrate(
             "--output", "-o", help="With --temperature: the run as CSV.", show_default=False
         ),
     ] = None,
+    imu: Annotated[
+        bool,
+        typer.Option(
+            "--imu", help="The IMU: accelerometer from six sides and slants, gyroscope between."
+        ),
+    ] = False,
+    mag: Annotated[
+        bool, typer.Option("--mag", help="The magnetometer, alone or after --imu: turn it about.")
+    ] = False,
+    board_free: Annotated[
+        bool,
+        typer.Option(
+            "--board-free",
+            help="With --imu: twelve positions of any kind, for what has no sides to lie on.",
+        ),
+    ] = False,
+    six_only: Annotated[
+        bool, typer.Option("--six-only", help="With --imu: no slants; cross axes stay unknown.")
+    ] = False,
+    self_test: Annotated[
+        bool, typer.Option("--self-test", help="The IMU's own test, beside its trim codes.")
+    ] = False,
+    source: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            help="With --imu or --mag: a recording of it, in place of a live board.",
+            show_default=False,
+        ),
+    ] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="With --imu or --mag: show what would be set, set nothing."),
+    ] = False,
     abort: Annotated[
         bool, typer.Option("--abort", help="Forget a calibration that nobody ended.")
     ] = False,
@@ -70,11 +106,13 @@ def calibrate(
 
     Until the end the scale weighs as before, and ctrl-C leaves it so. With --mass and without a
     terminal, or with --yes, nothing is asked: each load is taken when it is there and stands.
-    Resets the board.
+    With --imu, --mag or --self-test it is about the IMU. Resets the board.
 
     [dim]Examples:[/]  terazi calibrate
     terazi calibrate --max 5kg --e 1g --mass 0 --mass 2kg --mass 5kg
     terazi calibrate --temperature -o warming.csv
+    terazi calibrate --imu --mag
+    terazi calibrate --imu --from sides.terazi --dry-run
     """
     from terazi.calibration import Plan
     from terazi.calibration import calibrate as run
@@ -84,6 +122,15 @@ def calibrate(
     from terazi.errors import UsageError
 
     asks = not yes and sys.stdin is not None and sys.stdin.isatty()
+    wish = Wish(imu, mag, self_test, board_free, six_only, source, dry_run)
+    wish.check()
+    if wish.is_any:
+        if mass or max_ or e or temperature or abort:
+            raise UsageError("the scale and the IMU are calibrated one after the other")
+        if not asks and not yes and not (self_test or dry_run):
+            raise UsageError("nobody is there to ask", remedy="Give --yes to ask nothing.")
+        run_imu(wish, port, baud, asks, wait, as_json)
+        return
     if not temperature and (no_mass or output):
         raise UsageError("--no-mass and --output belong to --temperature")
     if temperature:
