@@ -204,7 +204,7 @@ def _imu(imu, settings: dict[str, int]) -> list[tuple[str, Text | str]]:
     rows: list[tuple[str, Text | str]] = [("IMU", inertial.part_words(imu))]
     if warning := inertial.identity_warning(imu):
         rows.append(("", Text(warning, style="yellow")))
-    rate = f"mode {mode}, every {settings['imu.every']}. sample is told"
+    rate = f"mode {mode}, one in {settings['imu.every']} samples told"
     rows.append(("", f"{inertial.magnetometer_words(imu)}; {rate}"))
     trouble = ", ".join(f"{name} {count}" for name, count in inertial.trouble(imu).items())
     style = "red" if trouble else ""
