@@ -59,6 +59,18 @@ def _parser():
         "--imu", choices=("none", "mpu6050"), default="none", help="what is on the two-wire bus"
     )
     parser.add_argument(
+        "--mag",
+        choices=("none", "qmc5883l", "hmc5883l"),
+        default="none",
+        help="a magnetometer beside it",
+    )
+    parser.add_argument(
+        "--motion",
+        default="still",
+        metavar="WHAT",
+        help="of the board: still, rocking, or FILE.npz in BROAD's format",
+    )
+    parser.add_argument(
         "--temperature",
         type=float,
         metavar="DEGC",
@@ -122,10 +134,23 @@ def _make_uno(options, scenario):
         for address, data in read_hex(options.flash_image):
             uno.load_flash(address, data)
     uno.load(grams=scenario.load_g)
-    if options.imu != "none":
-        uno.imu.fit()
-        uno.imu.feel(temperature_c=_temperature(options, scenario))
+    _fit_bus(uno, options, scenario)
     return uno
+
+
+def _fit_bus(uno, options, scenario):
+    from virtual_uno.motion import read_motion
+
+    motion = read_motion(options.motion)
+    if options.imu != "none":
+        uno.imu.fit().noise(seed=options.seed)
+        uno.imu.feel(
+            acc_g=motion.acc_g,
+            gyro_deg_s=motion.gyro_deg_s,
+            temperature_c=_temperature(options, scenario),
+        )
+    if options.mag != "none":
+        uno.mag.fit(options.mag).feel(motion.field_ut)
 
 
 def _temperature(options, scenario):
@@ -192,6 +217,8 @@ def main(arguments=None):
         parser.error("--speed must not be negative and --seconds must be positive")
     if options.temperature is not None and options.imu == "none":
         parser.error("--temperature needs a part that feels it: --imu mpu6050")
+    if options.motion != "still" and (options.imu, options.mag) == ("none", "none"):
+        parser.error("--motion needs a part that feels it: --imu mpu6050, --mag qmc5883l")
     try:
         with contextlib.ExitStack() as stack:
             _serve(options, stack)

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the IMU feels in the motions that the pseudo-terminal program offers."""
+
+import numpy as np
+import pytest
+
+from virtual_uno.motion import REST_S, MotionError, read_motion
+from virtual_uno.signals import as_vectors
+
+STEP_S = 1e-4
+
+
+@pytest.mark.parametrize("felt", ["acc_g", "field_ut"])
+def test_what_stands_still_in_the_world_turns_against_the_gyroscope(felt):
+    motion = read_motion("rocking")
+    t_s = np.linspace(REST_S + 0.01, 60.0, 2000)
+    vector = getattr(motion, felt)
+    change = (vector(t_s + STEP_S) - vector(t_s - STEP_S)) / (2 * STEP_S)
+    turned = np.cross(vector(t_s), np.radians(motion.gyro_deg_s(t_s)))
+    scale = np.linalg.norm(vector(t_s), axis=1).max()
+    assert np.abs(change - turned).max() < 1e-5 * scale
+    assert np.linalg.norm(motion.gyro_deg_s(t_s), axis=1).max() > 10.0
+
+
+def test_at_first_and_in_the_still_motion_nothing_turns():
+    t_s = np.linspace(0.0, REST_S, 100)
+    for word in ("still", "rocking"):
+        motion = read_motion(word)
+        assert not motion.gyro_deg_s(t_s).any()
+        assert np.allclose(motion.acc_g(t_s), [0.0, 0.0, 1.0])
+
+
+def test_a_recording_is_scaled_to_what_the_parts_feel(tmp_path):
+    rows = np.tile([2048.0, 0.0, -1024.0], (30, 1))
+    np.savez(tmp_path / "a.npz", gyr=rows, acc=rows, mag=rows, sampling_rate=100.0)
+    motion = read_motion(str(tmp_path / "a.npz"))
+    at_s = np.array([0.1])
+    assert np.allclose(as_vectors(motion.acc_g)(at_s), [[1.0, 0.0, -0.5]])
+    assert np.allclose(as_vectors(motion.gyro_deg_s)(at_s), [[125.0, 0.0, -62.5]])
+    assert np.allclose(as_vectors(motion.field_ut)(at_s), [[20.48, 0.0, -10.24]])
+
+
+def test_what_is_no_motion_is_refused_in_a_line(tmp_path):
+    np.savez(tmp_path / "a.npz", gyr=np.zeros((3, 3)))
+    for spec, words in (
+        ("dancing", "neither still, rocking nor FILE.npz"),
+        (str(tmp_path / "a.npz"), "it has no acc, mag"),
+        (str(tmp_path / "b.npz"), "No such file"),
+    ):
+        with pytest.raises(MotionError, match=words):
+            read_motion(spec)
