@@ -107,7 +107,7 @@ class CaptureMaker:
                 if not drop(message):
                     self.put(wire)
             if imu.number % imu.rate_hz == 0:
-                self.say(imu.status())
+                self.put(self.chain.frame(imu.status(), imu.device_us))
         return self
 
     def tare(self, *, lose_ack: bool = False) -> "CaptureMaker":

@@ -12,7 +12,7 @@ from terazi.control import faults
 from terazi.link.generated.messages import Fault, Status, Step, WeightFlag
 from terazi.link.plain import plain_message
 from terazi.recorder.recording import Recording
-from terazi.report import figures, parts
+from terazi.report import attitude, figures, parts
 from terazi.report.analysis import BAND_SHARE, SETTLED_AFTER_S, STAGES, Analysis
 
 ROWS_SHOWN = 24  # of steps and faults
@@ -53,6 +53,7 @@ def render(recording: Recording, analysis: Analysis) -> str:
             _spectrum_section(analysis),
             _timing_section(recording, analysis),
             _scale_section(recording),
+            attitude.section(recording),
             parts.section("Health of the board", _health_table(recording)),
             parts.footer(),
         ],
