@@ -30,7 +30,7 @@ from terazi.units import US_PER_S
 SPREAD_S = 1.0  # over which a movement is told
 SILENCE_S = 2.0  # without a WEIGHT for so long, something is wrong: they come 10 a second
 TURN_S = 0.1
-SAVED_S = 10.0  # 190 bytes of 3.4 ms each take 0.7 s
+SAVED_S = 10.0  # 260 bytes of 3.4 ms each take 0.9 s
 POINTS_MAX = 8
 QUIET = StreamFlag.WEIGHT | StreamFlag.STATUS | StreamFlag.EVENT
 
