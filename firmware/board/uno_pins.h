@@ -23,7 +23,8 @@
  *
  *   register  owner      use
  *   GPIOR0    idle       flags between interrupts and the main loop, reachable by sbi and cbi;
- *             mpu6050    two of them
+ *             mpu6050    three of them
+ *             twi        one
  *   GPIOR1    twi        bytes left of a transfer
  */
 #ifndef UNO_PINS_H
@@ -71,5 +72,7 @@ _Static_assert(F_CPU == 16000000UL, "the drivers' timing is written for the Uno'
 #define IDLE_ASLEEP_BIT 1 /* the processor sleeps; the interrupt that wakes it notes the time */
 #define IMU_ARMED_BIT   2 /* a burst lies ready on the bus, and the next interrupt begins it */
 #define IMU_WAITS_BIT   3 /* data are ready, and no burst was */
+#define IMU_LENT_BIT    4 /* a guest has the bus */
+#define TWI_BUSY_BIT    5 /* a transfer is under way */
 
 #endif

@@ -4,6 +4,7 @@
 #include "idle.h"
 #include "mpu6050_registers.h"
 #include "port_clamp.h"
+#include "port_outline.h"
 #include "port_reach.h"
 #include "twi.h"
 #include "uno_pins.h"
@@ -16,7 +17,7 @@
 enum { WORDS = 7, BURST_LEN = 2 * WORDS };
 
 /* Transfers in the order in which they follow each other, and from SETTLE on waits. */
-enum { IDENTIFY, WAKE, SET_INT, SET_RATES, GUARD, BURST, SETTLE, ABSENT, OFF };
+enum { OFF, IDENTIFY, WAKE, SET_INT, SET_RATES, GUARD, BURST, SETTLE, ABSENT };
 
 /* In units of 1.024 ms; a wait is looked at every 33 ms at least, and must not reach 256. */
 enum { SETTLE_TIME = 35, RETRY_TIME = 200 };
@@ -52,7 +53,6 @@ static const uint8_t modes[][RATES_LEN] PROGMEM = {
 typedef struct {
     uint8_t           step;
     bool              is_asked; /* to begin anew */
-    bool              is_lent;
     uint8_t           mode;
     uint8_t           since;      /* when a wait began, 1.024 ms */
     uint8_t           guard_left; /* bursts until the guard is read */
@@ -67,8 +67,7 @@ typedef struct {
     mpu6050_counters_t counters;
 } imu_t;
 
-/* INT_PIN_CFG: active high, 50 us. INT_ENABLE: data ready. The 1 also wakes the part. */
-static imu_t imu = {.step = OFF, .settings = {[INT_PIN] = 0, [PWR] = 1}};
+static imu_t imu;
 
 _Static_assert(MPU6050_CLOCK_GYRO_X == 1, "one byte serves PWR_MGMT_1 and INT_ENABLE");
 
@@ -126,6 +125,7 @@ ISR(IMU_INT_vect, ISR_NAKED)
         "cbi %[flags], %[armed]\n\t"
         "sts %[due], r24\n\t"
         "sts %[due] + 1, r25\n\t"
+        "sbi %[flags], %[busy]\n\t"
         "ldi r30, %[start]\n\t"
         "sts %[twcr], r30\n\t"
         "rjmp 3f\n"
@@ -152,20 +152,13 @@ ISR(IMU_INT_vect, ISR_NAKED)
         "sts %[compare] + 1, r25\n\t" /* high byte first: the low one takes both over */
         "sts %[compare], r24\n"
         "4:\n\t"
-        "pop r31\n\t"
-        "pop r30\n\t"
-        "pop r25\n\t"
-        "pop r24\n\t"
-        "out __SREG__, r24\n\t"
-        "pop r24\n\t"
-        "reti" ::[pin] "I"(_SFR_IO_ADDR(IMU_PIN)),
+        "%~jmp twi_leave" ::[pin] "I"(_SFR_IO_ADDR(IMU_PIN)),
         [line] "I"(IMU_INT), [count] "n"(_SFR_MEM_ADDR(TCNT1)),
         [flags] "I"(_SFR_IO_ADDR(IDLE_FLAGS)), [armed] "I"(IMU_ARMED_BIT),
         [waits] "I"(IMU_WAITS_BIT), [work] "I"(IDLE_WORK_BIT), [due] "i"(&imu.due),
         [waiting] "i"(&imu.waiting_due), [period] "i"(&imu.period),
         [overruns] "i"(&imu.counters.overruns), [twcr] "n"(_SFR_MEM_ADDR(TWCR)),
-        [start] "n"(_BV(TWINT) | _BV(TWEN) | _BV(TWIE) | _BV(TWSTA)),
-        [compare] "n"(_SFR_MEM_ADDR(OCR1A))
+        [start] "n"(TWI_START), [busy] "I"(TWI_BUSY_BIT), [compare] "n"(_SFR_MEM_ADDR(OCR1A))
         : "memory");
 }
 
@@ -186,42 +179,34 @@ static void pace(bool on)
     TIFR1  = _BV(OCF1A); /* a time long gone */
     PCICR  = on ? _BV(PCIE2) : 0U;
     TIMSK1 = on ? _BV(TOIE1) | _BV(OCIE1A) : _BV(TOIE1);
-    IDLE_FLAGS &= (uint8_t)~_BV(IMU_WAITS_BIT);
 }
 
-/* The burst that lies ready, before an interrupt begins it. */
-static bool take(void)
+static void stop(void)
 {
-    cli();
-    const bool armed = (IDLE_FLAGS & _BV(IMU_ARMED_BIT)) != 0U;
+    pace(false);
+    IDLE_FLAGS &= (uint8_t)~_BV(IMU_WAITS_BIT);
     IDLE_FLAGS &= (uint8_t)~_BV(IMU_ARMED_BIT);
-    sei();
-    return armed;
 }
 
 /* --- steps --- */
 
-static void wait_in(imu_t *it, uint8_t step, uint32_t now_us)
+static void wait_in(imu_t *it, uint8_t step, uint8_t now)
 {
     it->step  = step;
-    it->since = (uint8_t)(now_us >> 10);
+    it->since = now;
 }
 
-static void lay_ready(imu_t *it, uint8_t step)
+static PORT_OUTLINE void lay_ready(imu_t *it, uint8_t step)
 {
-    const transfer_t *const transfer = &transfers[step];
-    uint8_t                 reg      = pgm_read_byte(&transfer->reg);
+    const uint8_t *row = &transfers[(uint8_t)(step - IDENTIFY)].sla;
+    const uint8_t  sla = pgm_read_byte(row++);
+    uint8_t        reg = pgm_read_byte(row++);
+    const uint8_t  at  = pgm_read_byte(row++);
+    const uint8_t  len = pgm_read_byte(row);
 
     it->step = step;
     if (step == BURST && it->mode == MPU6050_TRIM) { reg = MPU6050_SELF_TEST_X; }
-    twi_ready(pgm_read_byte(&transfer->sla), reg, (uint8_t *)it + pgm_read_byte(&transfer->at),
-              pgm_read_byte(&transfer->len));
-}
-
-static void go(imu_t *it, uint8_t step)
-{
-    lay_ready(it, step);
-    twi_go();
+    twi_ready(sla, reg, (uint8_t *)it + at, len);
 }
 
 static void arm(imu_t *it)
@@ -238,33 +223,27 @@ static void arm(imu_t *it)
     sei();
 }
 
-/* The part is not what it was. */
-static void lose(imu_t *it)
-{
-    pace(false);
-    if (it->step >= GUARD) { port_count(&it->counters.losses); }
-}
-
 void mpu6050_motion_start(uint8_t mode)
 {
     imu.mode     = mode;
     imu.is_asked = true;
 }
 
-static void begin(imu_t *it)
+/* false: not to be asked. */
+static bool begin(imu_t *it)
 {
-    pace(false);
     it->is_asked = false;
     it->step     = OFF;
-    if (it->mode == MPU6050_OFF) { return; }
-    for (uint8_t at = 0; at < RATES_LEN; at++) {
-        it->settings[at] = pgm_read_byte(&modes[it->mode - 1U][at]);
-    }
-    it->period = (uint16_t)(PERIOD << it->settings[0]) + PATIENCE;
+    if (it->mode == MPU6050_OFF) { return false; }
+    const uint8_t *from = modes[it->mode - 1U];
+    uint8_t       *to   = it->settings;
+    for (uint8_t left = RATES_LEN; left != 0U; left--) { *to++ = pgm_read_byte(from++); }
+    it->settings[PWR] = 1; /* INT_PIN_CFG stays 0: active high, 50 us */
+    it->period        = it->mode == MPU6050_500HZ ? 2U * PERIOD + PATIENCE : PERIOD + PATIENCE;
     twi_init();
     IMU_PORT |= _BV(IMU_INT); /* an open line is quiet */
     PCMSK2 = _BV(IMU_PCINT);
-    go(it, IDENTIFY);
+    return true;
 }
 
 /* Bytes into words; false: all are 0. */
@@ -284,97 +263,112 @@ static bool read_burst(const imu_t *it, mpu6050_sample_t *sample)
     return any != 0U;
 }
 
-/* What is waited for; the bus is free. */
-static void look(imu_t *it, uint32_t now_us)
+static void stamp(const imu_t *it, mpu6050_sample_t *sample, uint32_t now_us)
 {
-    const uint8_t waited = (uint8_t)((uint8_t)(now_us >> 10) - it->since);
+    const uint16_t age = (uint16_t)((uint16_t)((uint16_t)now_us << 1) + EARLY_MOST - it->due);
 
-    if (it->step == SETTLE && waited >= SETTLE_TIME) {
+    sample->device_us = now_us + EARLY_MOST / 2 - (age >> 1);
+}
+
+/* What was under way has ended; the step that follows, BURST where a sample has come, OFF for
+ * none yet. */
+static uint8_t after(imu_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_t now)
+{
+    const uint8_t step = it->step;
+
+    if (step >= SETTLE) {
+        const uint8_t waited = (uint8_t)(now - it->since);
+        if (step == ABSENT) { return waited >= RETRY_TIME ? IDENTIFY : OFF; }
+        if (waited < SETTLE_TIME) { return OFF; }
         it->guard_left = 1;
         arm(it);
         pace(true);
-    } else if (it->step == ABSENT && waited >= RETRY_TIME) {
-        go(it, IDENTIFY);
+        return OFF;
     }
-}
-
-/* The transfer of a step has come to its good end; true: the burst may be handed on. */
-static bool go_on(imu_t *it, mpu6050_sample_t *sample, uint32_t now_us)
-{
-    switch (it->step) {
-    case BURST:
-        it->guard_left--;
-        if (it->guard_left == 0U) {
-            go(it, GUARD);
-            return false;
+    if (status == TWI_IDLE) {
+        if (step < SET_RATES) { return (uint8_t)(step + 1U); }
+        if (step == SET_RATES) {
+            wait_in(it, SETTLE, now);
+            return OFF;
         }
-        it->guard = it->settings[GUARDED];
-        break;
-    case GUARD: it->guard_left = GUARD_EVERY; break;
-    case SET_RATES: wait_in(it, SETTLE, now_us); return false;
-    default: go(it, (uint8_t)(it->step + 1U)); return false;
+        if (step == BURST) {
+            it->guard_left--;
+            if (it->guard_left == 0U) { return GUARD; }
+            it->guard = it->settings[GUARDED];
+        } else {
+            it->guard_left = GUARD_EVERY;
+        }
+        if (read_burst(it, sample) && it->guard == it->settings[GUARDED]) { return BURST; }
     }
-    if (!read_burst(it, sample) || it->guard != it->settings[GUARDED]) {
-        lose(it);
-        go(it, WAKE);
-        return false;
+    stop();
+    if (step == IDENTIFY) {
+        wait_in(it, ABSENT, now);
+        return OFF;
     }
-    const uint16_t age = (uint16_t)(((uint16_t)now_us << 1) + EARLY_MOST - it->due);
-    sample->device_us  = now_us + EARLY_MOST / 2 - (age >> 1);
-    arm(it);
-    return true;
+    if (step >= GUARD) { port_count(&it->counters.losses); }
+    return IDENTIFY;
 }
 
 bool mpu6050_motion_poll(mpu6050_sample_t *sample, uint32_t now_us)
 {
-    imu_t *const it     = PORT_REACH(&imu);
-    uint8_t      status = TWI_IDLE;
+    imu_t *const  it   = PORT_REACH(&imu);
+    const uint8_t now  = twi_time(now_us);
+    uint8_t       next = OFF;
 
-    if (it->is_lent) { return false; }
-    if ((IDLE_FLAGS & _BV(IMU_ARMED_BIT)) != 0U && !it->is_asked) { return false; }
-    if (!take()) { status = twi_poll(now_us); }
+    if (mpu6050_is_lent()) { return false; }
+    if (it->is_asked) { stop(); }
+    if ((IDLE_FLAGS & _BV(IMU_ARMED_BIT)) != 0U) { return false; }
+    const uint8_t status = twi_poll(now);
     if (status == TWI_BUSY) { return false; }
     if (it->is_asked) {
-        begin(it);
-    } else if (it->step >= SETTLE) {
-        look(it, now_us);
-    } else if (status == TWI_IDLE) {
-        return go_on(it, sample, now_us);
-    } else {
-        lose(it);
-        wait_in(it, ABSENT, now_us);
+        if (begin(it)) { next = IDENTIFY; }
+    } else if (it->step != OFF) {
+        next = after(it, status, sample, now);
     }
+    if (next == OFF) { return false; }
+    if (next == BURST) {
+        stamp(it, sample, now_us);
+        arm(it);
+        return true;
+    }
+    lay_ready(it, next);
+    twi_go();
     return false;
 }
 
-bool mpu6050_lend(uint8_t sla, uint8_t reg, uint8_t *buffer, uint8_t len, uint32_t now_us)
+bool mpu6050_is_lent(void)
 {
-    imu_t *const it = PORT_REACH(&imu);
+    return (IDLE_FLAGS & _BV(IMU_LENT_BIT)) != 0U;
+}
 
-    if (it->step < SETTLE) {
-        const uint16_t since_due = (uint16_t)(((uint16_t)now_us << 1) - it->due);
-        if (it->step != BURST || since_due > LEND_TIME || !take()) { return false; }
+bool mpu6050_lend(void)
+{
+    imu_t *const it   = PORT_REACH(&imu);
+    bool         lent = it->step >= SETTLE;
+
+    cli();
+    if ((IDLE_FLAGS & _BV(IMU_ARMED_BIT)) != 0U && (uint16_t)(TCNT1 - it->due) <= LEND_TIME) {
+        IDLE_FLAGS &= (uint8_t)~_BV(IMU_ARMED_BIT);
+        lent = true;
     }
-    it->is_lent = true;
-    twi_ready(sla, reg, buffer, len);
-    twi_go();
-    return true;
+    sei();
+    if (lent) { IDLE_FLAGS |= _BV(IMU_LENT_BIT); }
+    return lent;
 }
 
 void mpu6050_give_back(void)
 {
-    imu_t *const it = PORT_REACH(&imu);
-
-    it->is_lent = false;
-    if (it->step == BURST) { arm(it); }
+    IDLE_FLAGS &= (uint8_t)~_BV(IMU_LENT_BIT);
+    if (imu.step == BURST) { arm(&imu); }
 }
 
 mpu6050_state_t mpu6050_state(void)
 {
     const uint8_t step = imu.step;
 
-    if (step == IDENTIFY || step >= ABSENT) { return MPU6050_ABSENT; }
-    return step == BURST || step == GUARD ? MPU6050_RUNNING : MPU6050_STARTING;
+    if (step >= SETTLE) { return step == SETTLE ? MPU6050_STARTING : MPU6050_ABSENT; }
+    if (step >= GUARD) { return MPU6050_RUNNING; }
+    return step > IDENTIFY ? MPU6050_STARTING : MPU6050_ABSENT;
 }
 
 uint8_t mpu6050_identity(void)

@@ -54,9 +54,10 @@ void mpu6050_motion_start(uint8_t mode);
 /* Go on; true: the sample is the next one. */
 bool mpu6050_motion_poll(mpu6050_sample_t *sample, uint32_t now_us);
 
-/* Begin a transfer of a guest, if no burst is under way or due before it would end (0.3 ms); true:
- * the guest asks twi_poll, and must give the bus back when the transfer has ended. */
-bool mpu6050_lend(uint8_t sla, uint8_t reg, uint8_t *buffer, uint8_t len, uint32_t now_us);
+/* Ask for the bus for a transfer of 0.3 ms at the most; true: it is the guest's, who gives it back
+ * when that has ended, whatever its end. */
+bool mpu6050_lend(void);
+bool mpu6050_is_lent(void);
 void mpu6050_give_back(void);
 
 #endif

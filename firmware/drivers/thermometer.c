@@ -37,7 +37,7 @@ thermometer_status_t thermometer_poll(int16_t *centi, uint32_t now_us)
     const uint8_t done = step;
 
     if (done == NONE) { return THERMOMETER_NOTHING; }
-    const uint8_t status = twi_poll(now_us);
+    const uint8_t status = twi_poll(twi_time(now_us));
     if (status == TWI_BUSY) { return THERMOMETER_NOTHING; }
     step = NONE;
     if (status != TWI_IDLE) { return THERMOMETER_MISSING; }

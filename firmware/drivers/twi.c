@@ -34,8 +34,8 @@ enum {
 uint8_t twi_recoveries;
 
 typedef struct {
-    volatile uint8_t state;   /* twi_status_t; the interrupt and twi_poll end BUSY */
-    uint8_t         *next;    /* of the buffer; the interrupt's while BUSY, as TWI_LEFT is */
+    volatile uint8_t end;     /* twi_status_t of the last transfer; the interrupt writes */
+    uint8_t         *next;    /* of the buffer; the interrupt's while busy, as TWI_LEFT is */
     uint8_t          sla;     /* address and direction */
     uint8_t          reg;     /* where the part is to begin */
     uint8_t          since;   /* when it was first seen under way, 1.024 ms */
@@ -115,11 +115,14 @@ ISR(TWI_vect, ISR_NAKED)
         "8:\n\t"
         "ldi r24, %[idle]\n"
         "9:\n\t"
-        "sts %[state], r24\n\t"
+        "sts %[end], r24\n\t"
+        "cbi %[flags], %[busy]\n\t"
         "sbi %[flags], %[work]\n\t"
         "ldi r24, %[stop]\n\t"
         "rjmp 4b\n"
-        "10:\n\t"
+        "10:\n"
+        ".global twi_leave\n" /* other handlers that have kept the same end here */
+        "twi_leave:\n\t"
         "pop r31\n\t"
         "pop r30\n\t"
         "pop r25\n\t"
@@ -127,7 +130,7 @@ ISR(TWI_vect, ISR_NAKED)
         "out __SREG__, r24\n\t"
         "pop r24\n\t"
         "reti" ::[next] "i"(&bus.next),
-        [sla] "i"(&bus.sla), [reg] "i"(&bus.reg), [state] "i"(&bus.state),
+        [sla] "i"(&bus.sla), [reg] "i"(&bus.reg), [end] "i"(&bus.end), [busy] "I"(TWI_BUSY_BIT),
         [twsr] "n"(_SFR_MEM_ADDR(TWSR)), [twdr] "n"(_SFR_MEM_ADDR(TWDR)),
         [twcr] "n"(_SFR_MEM_ADDR(TWCR)), [left] "I"(_SFR_IO_ADDR(TWI_LEFT)),
         [flags] "I"(_SFR_IO_ADDR(IDLE_FLAGS)), [work] "I"(IDLE_WORK_BIT),
@@ -180,35 +183,35 @@ void twi_ready(uint8_t sla, uint8_t reg, uint8_t *buffer, uint8_t len)
 {
     bus_t *const it = PORT_REACH(&bus);
 
-    it->sla   = sla;
-    it->reg   = reg;
-    it->next  = buffer;
-    it->state = TWI_BUSY;
-    TWI_LEFT  = len;
+    it->sla  = sla;
+    it->reg  = reg;
+    it->next = buffer;
+    TWI_LEFT = len;
 }
 
 void twi_go(void)
 {
+    IDLE_FLAGS |= _BV(TWI_BUSY_BIT);
     /* After the STOP under way, if one is. */
     TWCR = (uint8_t)((TWCR & _BV(TWSTO)) | GO | _BV(TWSTA));
 }
 
-twi_status_t twi_poll(uint32_t now_us)
+twi_status_t twi_poll(uint8_t now)
 {
-    bus_t *const  it    = PORT_REACH(&bus);
-    const uint8_t now   = (uint8_t)(now_us >> 10);
-    const uint8_t state = it->state;
+    bus_t *const it = PORT_REACH(&bus);
 
-    if (state != TWI_BUSY) {
+    if ((IDLE_FLAGS & _BV(TWI_BUSY_BIT)) == 0U) {
         it->is_seen = false;
-    } else if (!it->is_seen) {
+        return it->end;
+    }
+    if (!it->is_seen) {
         it->is_seen = true;
         it->since   = now;
     } else if ((uint8_t)(now - it->since) >= TIMEOUT) {
         recover();
+        IDLE_FLAGS &= (uint8_t)~_BV(TWI_BUSY_BIT);
         it->is_seen = false;
-        it->state   = TWI_FAILED;
         return TWI_FAILED;
     }
-    return state;
+    return TWI_BUSY;
 }

@@ -21,12 +21,13 @@
 #ifndef TWI_H
 #define TWI_H
 
+#include <avr/io.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 typedef enum {
     TWI_IDLE,    /* the last transfer, if any, was done */
-    TWI_BUSY,    /* under way, or ready */
+    TWI_BUSY,    /* under way */
     TWI_REFUSED, /* ended early: nobody there, or a spike on the line */
     TWI_FAILED   /* given up, the bus was recovered */
 } twi_status_t;
@@ -41,10 +42,18 @@ void twi_init(void);
  * nobody may begin that meanwhile. */
 void twi_ready(uint8_t sla, uint8_t reg, uint8_t *buffer, uint8_t len);
 
-/* Begin what lies ready. */
+/* Begin what lies ready. An interrupt sets TWI_BUSY_BIT, then writes TWI_START to TWCR. */
+#define TWI_START (_BV(TWINT) | _BV(TWEN) | _BV(TWIE) | _BV(TWSTA))
 void twi_go(void);
 
-/* How the transfer stands; gives up one that takes too long. Not for one that only lies ready. */
-twi_status_t twi_poll(uint32_t now_us);
+/* How the last transfer that was begun stands; gives up one that takes too long.
+ * now: twi_time. */
+twi_status_t twi_poll(uint8_t now);
+
+/* Time in units of 1.024 ms, for waits. */
+static inline uint8_t twi_time(uint32_t now_us)
+{
+    return (uint8_t)((uint16_t)(now_us >> 8) >> 2);
+}
 
 #endif

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+#include "magnetometer.h"
+
+#include "mpu6050_motion.h"
+#include "port_reach.h"
+#include "twi.h"
+
+#include <avr/pgmspace.h>
+
+enum { WRITES = 3, AXES = 3, READ_LEN = 7 };
+
+/* In units of 1.024 ms; a wait is looked at every 33 ms at least, and must not reach 256. */
+enum { READ_TIME = 13, RETRY_TIME = 200 };
+
+enum {
+    READS      = 64, /* until the part is set up anew, a power of 2 */
+    QMC_STATUS = 6,  /* where it stands in what is read */
+    QMC_OVL    = 0x02,
+    BEYOND     = -4096 /* of the HMC5883L; of a QMC5883L 1.37 gauss, which no field on earth is */
+};
+
+/* Address, registers with what is written there, first register of a reading. */
+static const uint8_t parts[][2 * WRITES + 2] PROGMEM = {
+    {0x0D << 1, 0x0B, 0x01, 0x0A, 0x01, 0x09, 0x19, 0x00},
+    {0x1E << 1, 0x00, 0x18, 0x01, 0x20, 0x02, 0x00, 0x03},
+};
+
+typedef struct {
+    uint8_t step; /* writes done */
+    uint8_t part; /* which is asked */
+    uint8_t kind;
+    uint8_t since, wait; /* 1.024 ms */
+    uint8_t reads;
+    uint8_t bytes[READ_LEN];
+} mag_t;
+
+static mag_t mag;
+
+static void ask(mag_t *it)
+{
+    const uint8_t *row = parts[it->part];
+    uint8_t        sla = pgm_read_byte(row);
+    uint8_t        len = 1;
+
+    row += 1U + 2U * it->step;
+    if (it->step == WRITES) {
+        sla |= 1U;
+        len = (uint8_t)(READ_LEN - it->part);
+    }
+    const uint8_t reg     = pgm_read_byte(row++);
+    it->bytes[0]          = pgm_read_byte(row); /* where it is read, this goes nowhere */
+    it->bytes[QMC_STATUS] = 0;
+    twi_ready(sla, reg, it->bytes, len);
+    twi_go();
+}
+
+/* false: no field. */
+static bool take(const mag_t *it, int16_t mag_counts[AXES])
+{
+    const uint8_t is_hmc = it->part;
+    bool          is_bad = (it->bytes[QMC_STATUS] & QMC_OVL) != 0U;
+    uint8_t       any    = 0;
+    uint8_t       at     = is_hmc; /* low byte: 0 2 4, of the HMC5883L 1 5 3 */
+
+    for (uint8_t axis = 0; axis < AXES; axis++) {
+        const uint8_t low  = it->bytes[at];
+        const uint8_t high = it->bytes[at ^ 1U];
+        any |= low | high;
+        mag_counts[axis] = (int16_t)((uint16_t)high << 8 | low);
+        if (mag_counts[axis] == BEYOND) { is_bad = true; }
+        at = (uint8_t)(at + 2U + 2U * is_hmc);
+        if (at >= 2U * AXES) { at = (uint8_t)(at - 2U * AXES); }
+    }
+    return any != 0U && !is_bad;
+}
+
+bool magnetometer_poll(int16_t mag_counts[AXES], uint32_t now_us)
+{
+    mag_t *const  it   = PORT_REACH(&mag);
+    const uint8_t now  = twi_time(now_us);
+    bool          come = false;
+
+    if (!mpu6050_is_lent()) {
+        if ((uint8_t)(now - it->since) >= it->wait && mpu6050_lend()) { ask(it); }
+        return false;
+    }
+    const uint8_t status = twi_poll(now);
+    if (status == TWI_BUSY) { return false; }
+    it->since = now;
+    it->wait  = READ_TIME;
+    if (status != TWI_IDLE) {
+        it->wait = RETRY_TIME;
+        it->kind = MAGNETOMETER_NONE;
+        it->step = 0;
+        it->part ^= 1U;
+    } else if (it->step < WRITES) {
+        it->step++;
+    } else {
+        it->kind = (uint8_t)(it->part + 1U);
+        it->reads++;
+        if (it->reads % READS == 0U) { it->step = 0; }
+        come = take(it, mag_counts);
+    }
+    mpu6050_give_back();
+    return come;
+}
+
+uint8_t magnetometer_kind(void)
+{
+    return mag.kind;
+}
