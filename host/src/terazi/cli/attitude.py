@@ -7,7 +7,7 @@ import typer
 from typer.core import TyperGroup
 
 # Each in a module of its own, attitude_VERB, which holds a function of its name.
-VERBS = ["allan", "score"]
+VERBS = ["file", "allan", "score"]
 OF_A_FILE = "file"
 
 

@@ -78,15 +78,14 @@ def run(wish: Wish, port: str | None, baud, asks: bool, wait_s: float, as_json: 
 
 def _from_recording(source: Path, port, baud, terminal, plan):
     """Constants of a recording; written to a board unless it is a dry run."""
-    from terazi.applications.attitude import load_record
     from terazi.calibration.imu import dialogue
+    from terazi.calibration.imu.recording import read
 
-    record = load_record(source)
+    record, before = read(source)
     if plan.dry_run:
-        outcome = dialogue.of_record(record, plan)
-        return dialogue.write(None, terminal, outcome, plan)
+        return dialogue.write(None, terminal, dialogue.of_record(record, plan, before), plan)
     with board(port, baud) as link:
-        outcome = dialogue.of_record(record, plan, dialogue.present(link, plan))
+        outcome = dialogue.of_record(record, plan, before or dialogue.present(link, plan))
         return dialogue.write(link, terminal, outcome, plan)
 
 

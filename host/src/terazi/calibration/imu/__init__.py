@@ -11,5 +11,6 @@ fit             all of these over a sitting: settings, residuals, refusals
 show            what came of it, for people and scripts
 board           a live board's raw samples
 dialogue        the conversation
+recording       a recording in place of a live board
 self_test       the part's own test beside its trim codes
 """
