@@ -5,12 +5,9 @@
  *   r25:r22          r25:r24             r23:r22
  */
 
-#define zero r17
-#define SUM r22, r23, r24, r25
-#define LEFT r18, r19
-#define RIGHT r20, r21
-
 #include "port_sums.inc"
+
+#define SUM r22, r23, r24, r25
 
 .macro next
         ld      r18, X+
@@ -24,16 +21,20 @@
         .type   port_dot, @function
 port_dot:
         push    zero
+        push    r16
+        push    r17
         clr     zero
         movw    r26, r24
         movw    r30, r22
         next
-        product SUM, LEFT, RIGHT
+        product SUM, PAIR1, PAIR2
         next
-        accumulate SUM, LEFT, RIGHT
+        accumulate r16, r17, SUM, PAIR1, PAIR2
         next
-        accumulate SUM, LEFT, RIGHT
+        accumulate r16, r17, SUM, PAIR1, PAIR2
         clr     r1                  /* what C expects in r1 */
+        pop     r17
+        pop     r16
         pop     zero
         ret
         .size   port_dot, . - port_dot

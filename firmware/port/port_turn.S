@@ -6,9 +6,9 @@
  *                  const int32_t bias_q16[3])
  *                  r19:r18
  *
- * Products are 16 x 16 bits signed, of two pairs in r16..r23, where MULSU wants them; MULSU leaves
- * the sign of its product in the carry, and SBC of zero extends it.  Sums are 32 bits.
- * Time: the same for all data but for rates that saturate and two cycles by the axis.
+ * Products are 16 x 16 bits signed, of two pairs in r16..r23, where MULSU wants them; sums are 32
+ * bits.  T tells which axis is averaged, and then which half of the quaternion is turned.
+ * Time: the same for all data but for rates that saturate and a few cycles by the axis.
  */
 
 /* Offsets in mahony_step_t; mahony.c asserts that they are these. */
@@ -24,24 +24,24 @@
 #define LEVEL_Q14   56
 #define SAMPLE      60
 #define FLAGS       61
-#define FAR         62 /* what lies from here on is reached through Z */
-#define TURN_RES    (62 - FAR)
-#define SQUARE_RES  (68 - FAR)
-#define LOSS_RES    (70 - FAR)
-#define SCALE_RES   (72 - FAR)
-#define GYRO_Q33    (74 - FAR)
-#define SQUARE      (76 - FAR)
-#define CUBIC       (78 - FAR)
-#define LOWPASS     (80 - FAR)
-#define CORRECT_Q18 (82 - FAR)
-#define MEAN        (84 - FAR) /* of axis 0; axis 1 lies 8 bytes behind */
-#define MEAN_RES    (88 - FAR)
-#define CORRECT_RES (90 - FAR)
+#define TURN_RES    62
+#define SQUARE_RES  68
+#define LOSS_RES    70
+#define SCALE_RES   72
+#define GYRO_Q33    74
+#define SQUARE      76
+#define CUBIC       78
+#define LOWPASS     80
+#define CORRECT_Q18 82
+#define MEAN        84 /* of axis 0; axis 1 lies 8 bytes behind */
+#define MEAN_RES    88
+#define CORRECT_RES 90
+/* What lies beyond Y+63 is reached through Z, which points to here. */
+#define FAR         NORM_ERROR
 
 #define ACC_ZERO 0 /* bits of flags */
 #define RAILED   1
 
-#define zero r26
 #include "port_sums.inc"
 #include "port_turn_parts.inc"
 
@@ -49,276 +49,316 @@
         .global port_turn
         .type   port_turn, @function
 port_turn:
-        .irp    n, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
+        .irp    n, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15, 16, 17, 28, 29
         push    r\n
         .endr
 
         movw    r28, r24            /* Y = step */
-        movw    r10, r22            /* gyr and bias_q16 wait in SUM2 */
+        movw    r10, r22            /* gyr and bias_q16 wait here */
         movw    r12, r18
-        movw    r30, r20            /* Z = acc */
+        movw    r30, r20            /* acc */
         clr     zero
-        ldi     r25, 0              /* flags */
         ld      r16, Z+
         ld      r17, Z+
         ld      r18, Z+
         ld      r19, Z+
         ld      r20, Z+
         ld      r21, Z+
-        rail    r17
-        rail    r19
-        rail    r21
-        mov     r24, r16
-        or      r24, r17
-        or      r24, r18
-        or      r24, r19
-        or      r24, r20
-        or      r24, r21
-        brne    1f
-        sbr     r25, 1 << ACC_ZERO
-1:
-        std     Y+FLAGS, r25
-        level   EAST_Q14, SUM0
-        level   NORTH_Q14, SUM1
-        movw    r30, r28
-        adiw    r30, FAR            /* Z = the far part, by axis */
+        clr     r9                  /* values at a rail */
+        rail    r9, r17
+        rail    r9, r19
+        rail    r9, r21
         ldd     r24, Y+SAMPLE
         inc     r24
         std     Y+SAMPLE, r24
-        ldd     r18, Z+LOWPASS
-        ldd     r19, Z+LOWPASS+1
-        ldd     r20, Z+CORRECT_Q18
-        ldd     r21, Z+CORRECT_Q18+1
-        sbrs    r24, 0
-        rjmp    axis_0
-        movw    r16, r2             /* axis 1: north is averaged, east waits */
-        movw    r2, r6
-        movw    r6, r16
-        movw    r16, r4
-        movw    r4, r8
-        movw    r8, r16
-        adiw    r30, 8
-axis_0:
-        ldd     r16, Y+LEVEL_Q14    /* what waited, of the sample before */
-        ldd     r17, Y+LEVEL_Q14+1
-        ldd     r22, Y+LEVEL_Q14+2
-        ldd     r23, Y+LEVEL_Q14+3
-        std     Y+LEVEL_Q14, r6
-        std     Y+LEVEL_Q14+1, r7
-        std     Y+LEVEL_Q14+2, r8
-        std     Y+LEVEL_Q14+3, r9
-        clr     r8
-        clr     r9                  /* correct_q19, if there is no acceleration */
-        sbrc    r25, ACC_ZERO
+        bst     r24, 0              /* T = axis */
+
+        /* Level acceleration: SUM0 of this axis, SUM3 of the other one */
+        movw    r30, r28
+        adiw    r30, EAST_Q14
+        brtc    1f
+        adiw    r30, NORTH_Q14 - EAST_Q14
+1:      clr     r8                  /* twice */
+each_level:
+        copy    SUM0, SUM3
+        ld      r22, Z+
+        ld      r23, Z+
+        product SUM3, PAIR0, PAIR3
+        ld      r22, Z+
+        ld      r23, Z+
+        accumulate r6, r7, SUM3, PAIR1, PAIR3
+        ld      r22, Z+
+        ld      r23, Z+
+        accumulate r6, r7, SUM3, PAIR2, PAIR3
+        brtc    2f
+        sbiw    r30, 2 * (NORTH_Q14 - EAST_Q14)
+2:      com     r8
+        brne    each_level
+        or      r16, r17            /* 0: no acceleration */
+        or      r16, r18
+        or      r16, r19
+        or      r16, r20
+        or      r16, r21
+        mov     r8, r16
+        plus_at Y+LEVEL_Q14, SUM0   /* what waited, of the sample before */
+        std     Y+LEVEL_Q14, r24
+        std     Y+LEVEL_Q14+1, r25
+        std     Y+LEVEL_Q14+2, r26
+        std     Y+LEVEL_Q14+3, r27
+        tst     r8
+        brne    3f
+        clr     r6                  /* correct_q19 */
+        clr     r7
         rjmp    no_level
-        add     r2, r16
-        adc     r3, r17
-        adc     r4, r22
-        adc     r5, r23
-        /* mean, in r17:r16:r15:r14; SUM0 = level - 2 mean + carry */
-        ldd     r14, Z+MEAN
-        ldd     r15, Z+MEAN+1
-        ldd     r22, Z+MEAN+2
-        ldd     r23, Z+MEAN+3
-        minus   SUM0, r14, r15, r22, r23
-        minus   SUM0, r14, r15, r22, r23
-        add16   Z+MEAN_RES, Z+MEAN_RES+1, SUM0
-        std     Z+MEAN_RES, r2
-        std     Z+MEAN_RES+1, r3
+3:      movw    r30, r28
+        adiw    r30, FAR
+        ldd     r18, Z+LOWPASS-FAR
+        ldd     r19, Z+LOWPASS-FAR+1
+        ldd     r20, Z+CORRECT_Q18-FAR
+        ldd     r21, Z+CORRECT_Q18-FAR+1
+        brtc    4f
+        adiw    r30, 8
+4:      ldd     r24, Z+MEAN-FAR
+        ldd     r25, Z+MEAN-FAR+1
+        ldd     r26, Z+MEAN-FAR+2
+        ldd     r27, Z+MEAN-FAR+3
+        minus   SUM0, SUM3
+        minus   SUM0, SUM3
+        carry   Z+MEAN_RES-FAR, SUM0
         movw    r16, r4
-        movw    r4, r22
-        movw    r2, r14             /* SUM0 = mean */
-        accumulate SUM0, PAIR0, PAIR1
-        mov     r16, r5             /* inside -2^27..2^27-1, if its upper byte is in -8..7 */
+        accumulate r6, r7, SUM3, PAIR0, PAIR1, mul
+        mov     r16, r27            /* inside -2^27..2^27-1, if its upper byte is in -8..7 */
         subi    r16, -8
         cpi     r16, 16
-        brlo    mean_fits
-        ldi     r16, 0xFF           /* the nearer end: 0x07FFFFFF or 0xF8000000 */
-        ldi     r17, 0x07
-        sbrc    r5, 7
-        com     r16
-        sbrc    r5, 7
-        com     r17
-        mov     r2, r16
-        mov     r3, r16
-        mov     r4, r16
-        mov     r5, r17
-mean_fits:
-        std     Z+MEAN, r2
-        std     Z+MEAN+1, r3
-        std     Z+MEAN+2, r4
-        std     Z+MEAN+3, r5
-        /* turn = (mean >> 8) correct_q18, in r8:r7:r6:r0: upper 16 bits 2^8, then the lower 8 */
-        movw    r16, r4
-        mov     r22, r3
-        product SUM1, PAIR0, PAIR2
-        mul     r22, r21
-        add     r6, r0
-        adc     r7, r1
-        adc     r8, zero
-        mul     r22, r20
-        add     r6, r1
-        adc     r7, zero
-        adc     r8, zero
-        ldd     r2, Z+CORRECT_RES
-        ldd     r3, Z+CORRECT_RES+1
-        clr     r4
-        clr     r5
-        sbrc    r24, 0
-        rjmp    turn_east
-        minus   SUM0, r0, r6, r7, r8
-        rjmp    turn_north
-turn_east:
-        plus    SUM0, r0, r6, r7, r8
-turn_north:
-        std     Z+CORRECT_RES, r2
-        std     Z+CORRECT_RES+1, r3
-        mov     r16, r5             /* inside -512..511, if its upper byte is in -2..1 */
-        subi    r16, -2
-        cpi     r16, 4
-        brlo    turn_fits
-        ldi     r16, 0xFF
-        ldi     r17, 0x01
-        sbrc    r5, 7
-        com     r16
-        sbrc    r5, 7
-        com     r17
-        movw    r4, r16
-turn_fits:
-        movw    r8, r4
+        brlo    5f
+        ldi     r16, 0xF8           /* the nearer end: 0x07FFFFFF or 0xF8000000 */
+        lsl     r27
+        sbc     r27, r27
+        com     r27
+        mov     r24, r27
+        mov     r25, r27
+        mov     r26, r27
+        eor     r27, r16
+5:      std     Z+MEAN-FAR, r24
+        std     Z+MEAN-FAR+1, r25
+        std     Z+MEAN-FAR+2, r26
+        std     Z+MEAN-FAR+3, r27
+        /* turn = (mean >> 8) correct_q18, in r4:r3:r2:r0: upper 16 bits 2^8, then the lower 8 */
+        movw    r16, r26
+        product SUM0, PAIR0, PAIR2, mul
+        mul     r25, r21
+        add     r2, r0
+        adc     r3, r1
+        adc     r4, zero
+        mul     r25, r20
+        add     r2, r1
+        adc     r3, zero
+        adc     r4, zero
+        ldd     r24, Z+CORRECT_RES-FAR
+        ldd     r25, Z+CORRECT_RES-FAR+1
+        clr     r26
+        clr     r27
+        brts    6f
+        minus   SUM3, r0, r2, r3, r4
+        rjmp    7f
+6:      plus    SUM3, r0, r2, r3, r4
+7:      std     Z+CORRECT_RES-FAR, r24
+        std     Z+CORRECT_RES-FAR+1, r25
+        movw    r6, r26
+        subi    r27, -2             /* inside -512..511, if its upper byte is in -2..1 */
+        cpi     r27, 4
+        brlo    no_level
+        ldi     r16, 0xFE
+        lsl     r7
+        sbc     r6, r6
+        com     r6
+        mov     r7, r6
+        eor     r7, r16
 no_level:
-        std     Y+CORRECT, r8
-        std     Y+CORRECT+1, r9
+        std     Y+CORRECT, r6
+        std     Y+CORRECT+1, r7
 
+        /* Rates, SUM0 = rate . rate <= 3 2^30, unsigned */
         movw    r26, r10            /* X = gyr */
         movw    r30, r12            /* Z = bias_q16 */
-        rate    0, r3, PAIR0
-        rate    1, r5, PAIR1
-        rate    2, r7, PAIR2
-        ldd     r25, Y+FLAGS
-        rail    r3                  /* upper bytes of gyr */
-        rail    r5
-        rail    r7
-        std     Y+FLAGS, r25
+        adiw    r28, RATE
+        clr     r2
+        clr     r3
+        movw    r4, r2
+        ldi     r25, 3
+each_rate:
+        ld      r16, X+
+        ld      r17, X+
+        rail    r9, r17
+        fetch   RATE_RES-RATE, r18, r19
+        ld      r0, Z+
+        sub     r18, r0
+        ld      r0, Z+
+        sbc     r19, r0
+        std     Y+RATE_RES-RATE, r18
+        std     Y+RATE_RES-RATE+1, r19
+        ld      r0, Z+
+        sbc     r16, r0
+        ld      r0, Z+
+        sbc     r17, r0
+        brvc    1f
+        ldi     r16, 0xFF
+        ldi     r17, 0x7F
+        brmi    1f                  /* it looks negative, so it was too large */
+        ldi     r16, 0x00
+        ldi     r17, 0x80
+1:      st      Y+, r16
+        st      Y+, r17
+        muls    r17, r17
+        movw    r20, r0
+        mul     r16, r16
+        add     r2, r0
+        adc     r3, r1
+        adc     r4, r20
+        adc     r5, r21
+        fmulsu  r17, r16
+        sbc     r5, zero
+        add     r3, r0
+        adc     r4, r1
+        adc     r5, zero
+        dec     r25
+        brne    each_rate
+        tst     r8
+        brne    2f
+        sbr     r25, 1 << ACC_ZERO
+2:      cpse    r9, zero
+        sbr     r25, 1 << RAILED
+        std     Y+FLAGS-RATE_RES, r25 /* Y is behind the rates, until the turns come back */
         movw    r30, r28
-        adiw    r30, FAR            /* Z = the far part */
-        clr     zero
+        sbiw    r30, RATE_RES - FAR
+        carry   Z+SQUARE_RES-FAR, SUM0
 
-        square  SUM0, PAIR0
-        square  SUM1, PAIR1
-        plus    SUM0, SUM1
-        square  SUM1, PAIR2
-        plus    SUM0, SUM1          /* rate . rate <= 3 2^30, unsigned */
-        carry   SQUARE_RES, SUM0
-
-        /* loss: r5:r4 times `square`, both unsigned */
-        ldd     r22, Z+SQUARE
-        ldd     r23, Z+SQUARE+1
+        /* loss, in PAIR1: r5:r4 times `square`, both unsigned */
+        ldd     r22, Z+SQUARE-FAR
+        ldd     r23, Z+SQUARE-FAR+1
         mul     r5, r23
-        movw    r8, r0
+        movw    r18, r0
         mul     r4, r22
-        movw    r6, r0
+        movw    r16, r0
         mul     r4, r23
-        add     r7, r0
-        adc     r8, r1
-        adc     r9, zero
+        add     r17, r0
+        adc     r18, r1
+        adc     r19, zero
         mul     r5, r22
-        add     r7, r0
-        adc     r8, r1
-        adc     r9, zero
-        ldd     r22, Y+NORM_ERROR   /* times 2^9: a byte and a bit */
-        ldd     r23, Y+NORM_ERROR+1
+        add     r17, r0
+        adc     r18, r1
+        adc     r19, zero
+        ldd     r22, Z+NORM_ERROR-FAR /* times 2^9: a byte and a bit */
+        ldd     r23, Z+NORM_ERROR-FAR+1
         lsl     r22
         rol     r23
         sbc     r24, r24
-        add     r7, r22
-        adc     r8, r23
-        adc     r9, r24
-        carry   LOSS_RES, SUM1
-        movw    r24, r8             /* loss waits here */
+        add     r17, r22
+        adc     r18, r23
+        adc     r19, r24
+        carry   Z+LOSS_RES-FAR, PAIR0, PAIR1
+        movw    r10, r18            /* it stays here */
 
-        /* scale: gyro_q33 2^16 + carry - cubic loss.  Rate 2 makes room for `cubic` */
-        movw    r22, r8
-        movw    r12, r20
-        ldd     r20, Z+CUBIC
-        ldd     r21, Z+CUBIC+1
-        product SUM1, PAIR2, PAIR3
-        movw    r20, r12
-        ldd     r2, Z+SCALE_RES
-        ldd     r3, Z+SCALE_RES+1
-        ldd     r4, Z+GYRO_Q33
-        ldd     r5, Z+GYRO_Q33+1
-        minus   SUM0, SUM1
-        std     Z+SCALE_RES, r2
-        std     Z+SCALE_RES+1, r3
+        /* scale = gyro_q33 2^16 + carry - cubic loss */
+        ldd     r16, Z+CUBIC-FAR
+        ldd     r17, Z+CUBIC-FAR+1
+        ldd     r2, Z+SCALE_RES-FAR
+        ldd     r3, Z+SCALE_RES-FAR+1
+        ldd     r4, Z+GYRO_Q33-FAR
+        ldd     r5, Z+GYRO_Q33-FAR+1
+        diminish r20, r21, SUM0, PAIR1, PAIR0, mul
+        std     Z+SCALE_RES-FAR, r2
+        std     Z+SCALE_RES-FAR+1, r3
         movw    r22, r4
+        movw    r20, r6             /* correct_q19 */
 
-        /* half angles, each with the world's turn about the row of this sample */
-        product SUM0, PAIR0, PAIR3
-        product SUM1, PAIR1, PAIR3
-        product SUM2, PAIR2, PAIR3
-        fetch   CORRECT, r22, r23
-        ldd     r16, Y+SAMPLE
-        sbrc    r16, 0
-        rjmp    about_east
-        vector  NORTH_Q14
-        rjmp    about_north
-about_east:
-        vector  EAST_Q14
-about_north:
-        accumulate SUM0, PAIR0, PAIR3
-        accumulate SUM1, PAIR1, PAIR3
-        accumulate SUM2, PAIR2, PAIR3
-        carry   TURN_RES, SUM0
-        carry   TURN_RES+2, SUM1
-        carry   TURN_RES+4, SUM2
-        movw    r16, r4
-        movw    r18, r8
+        /* Half angles c, b, a, each with the world's turn about the row of this sample */
+        sbiw    r30, FAR - NORTH_Q14
+        brts    3f
+        adiw    r30, NORTH_Q14 - EAST_Q14
+3:      ldi     r16, 3
+        mov     r8, r16
+each_turn:
+        ld      r17, -Y
+        ld      r16, -Y
+        fetch   TURN_RES-RATE, r2, r3
+        ld      r19, -Z
+        ld      r18, -Z
+        product_onto SUM0, PAIR0, PAIR3, mul
+        accumulate r6, r7, SUM0, PAIR1, PAIR2
+        std     Y+TURN_RES-RATE, r2
+        std     Y+TURN_RES-RATE+1, r3
+        movw    r26, r24
+        movw    r24, r12
+        movw    r12, r4
+        dec     r8
+        brne    each_turn
+        sbiw    r28, RATE
+
+/* The quaternion's product in twelve: w and x, then y and z as the same with other half angles.
+ *   -dw = L (w + x) + b (y + z) + x (a - L) + z (c - b)
+ *    dx = w (a + L) + y (b + c) - L (w + x) - b (y + z)
+ * and -dy, dz with -b, c, L, -a in place of L, a, b, c. */
+#define LOSS r10, r11
+#define A r12, r13
+#define B r24, r25
+#define C r26, r27
+        clt
+        fetch   QUAT_Q14+2, PAIR1   /* x and z stay */
+        fetch   QUAT_Q14+6, PAIR3
+turn_half:
+        fetch   QUAT_Q14, PAIR0
+        plus16  PAIR0, PAIR1
+        movw    r20, r10
+        product SUM0, PAIR0, PAIR2
+        minus16 PAIR0, PAIR1
+        plus16  PAIR2, A
+        product SUM1, PAIR0, PAIR2
+        fetch   QUAT_Q14+4, PAIR0
+        plus16  PAIR0, PAIR3
+        movw    r20, r24
+        accumulate r30, r31, SUM0, PAIR0, PAIR2
+        minus16 PAIR0, PAIR3
+        plus16  PAIR2, C
+        accumulate r30, r31, SUM1, PAIR0, PAIR2
+        minus   SUM1, SUM0
+        movw    r20, r26
+        minus16 PAIR2, B
+        accumulate r30, r31, SUM0, PAIR3, PAIR2
         movw    r20, r12
-        movw    r30, r24            /* loss, until SUM3 is used no more */
-
-        /* Turn: half angles in PAIR0..2, one component of the quaternion after another in PAIR3.
-         * SUM0 is the scalar's, with the sign changed. */
-        fetch   QUAT_Q14, r22, r23
-        product SUM1, PAIR0, PAIR3
-        product SUM2, PAIR1, PAIR3
-        product SUM3, PAIR2, PAIR3
-        fetch   QUAT_Q14+2, r22, r23
-        product SUM0, PAIR0, PAIR3
-        diminish SUM2, PAIR2, PAIR3
-        accumulate SUM3, PAIR1, PAIR3
-        fetch   QUAT_Q14+4, r22, r23
-        accumulate SUM0, PAIR1, PAIR3
-        accumulate SUM1, PAIR2, PAIR3
-        diminish SUM3, PAIR0, PAIR3
-        fetch   QUAT_Q14+6, r22, r23
-        accumulate SUM0, PAIR2, PAIR3
-        diminish SUM1, PAIR1, PAIR3
-        accumulate SUM2, PAIR0, PAIR3
-        /* ... and less the loss of each */
-        movw    r16, r30
-        diminish SUM3, PAIR0, PAIR3
-        fetch   QUAT_Q14, r18, r19
-        accumulate SUM0, PAIR0, PAIR1
-        fetch   QUAT_Q14+2, r20, r21
-        diminish SUM1, PAIR0, PAIR2
-        fetch   QUAT_Q14+4, r22, r23
-        diminish SUM2, PAIR0, PAIR3
-
-        subtract_half 0, r16, SUM0  /* from here on w x y z in PAIR0..3 */
-        add_half 1, r18, SUM1
-        add_half 2, r20, SUM2
-        add_half 3, r22, SUM3
+        minus16 PAIR2, LOSS
+        accumulate r30, r31, SUM0, PAIR1, PAIR2
+        movw    r30, r28
+        brtc    4f
+        adiw    r30, 8
+4:      turn    sub, sbc, SUM0
+        turn    adc, adc, SUM1      /* the bit shifted out is the one to add */
+        brts    5f
+        set
+        movw    r20, r24
+        movw    r24, r10
+        negate  PAIR2
+        movw    r10, r20
+        movw    r20, r12
+        movw    r12, r26
+        negate  PAIR2
+        movw    r26, r20
+        rjmp    turn_half
+5:
+        shorten 0, PAIR0            /* from here on w x y z in PAIR0..3 */
+        shorten 1, PAIR1
+        shorten 2, PAIR2
+        shorten 3, PAIR3
 
         square  SUM0, PAIR0
         square  SUM1, PAIR3
         copy    SUM2, SUM0
-        plus    SUM2, SUM1
+        plus24  SUM2, SUM1
         minus   SUM0, SUM1          /* ww - zz */
         square  SUM1, PAIR1
-        plus    SUM2, SUM1
+        plus24  SUM2, SUM1
         square  SUM3, PAIR2
-        plus    SUM2, SUM3          /* the norm's square; 2^28 is in byte 3 only */
+        plus24  SUM2, SUM3          /* the norm's square; 2^28 is in byte 3 only */
         std     Y+NORM_ERROR, r11
         std     Y+NORM_ERROR+1, r12
         minus   SUM1, SUM3          /* xx - yy */
@@ -328,6 +368,7 @@ about_north:
         minus   SUM0, SUM1
         row     NORTH_Q14+2, SUM0
 
+        ldi     r24, 8
         product SUM0, PAIR1, PAIR2  /* xy */
         product SUM1, PAIR0, PAIR3  /* wz */
         copy    SUM2, SUM0
@@ -335,16 +376,22 @@ about_north:
         row_from_half EAST_Q14+2, SUM2
         plus    SUM0, SUM1
         row_from_half NORTH_Q14, SUM0
-        product SUM0, PAIR1, PAIR3  /* xz */
-        accumulate SUM0, PAIR0, PAIR2
+        /* xz + wy = z (x + y) - y (z - w),  yz - wx = z (x + y) - x (w + z) */
+        plus16  PAIR1, PAIR2
+        product SUM0, PAIR1, PAIR3
+        copy    SUM1, SUM0
+        minus16 PAIR1, PAIR2
+        plus16  PAIR0, PAIR3
+        diminish r30, r31, SUM1, PAIR0, PAIR1
+        row_from_half NORTH_Q14+4, SUM1
+        plus16  PAIR3, PAIR3
+        minus16 PAIR3, PAIR0
+        diminish r30, r31, SUM0, PAIR2, PAIR3
         row_from_half EAST_Q14+4, SUM0
-        product SUM0, PAIR2, PAIR3  /* yz */
-        diminish SUM0, PAIR0, PAIR1
-        row_from_half NORTH_Q14+4, SUM0
         clr     r1                  /* what C expects in r1 */
         ldd     r24, Y+FLAGS
 
-        .irp    n, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2
+        .irp    n, 29, 28, 17, 16, 15, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2
         pop     r\n
         .endr
         ret
