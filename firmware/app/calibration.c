@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "calibration.h"
 
+#include "port_outline.h"
+
 #include <stddef.h>
 
 _Static_assert(offsetof(calibration_t, mass_mg) - offsetof(calibration_t, counts_q7) ==
@@ -25,6 +27,7 @@ static __attribute__((noinline)) void swap(void *a, void *b, uint8_t len)
 
 uint8_t calibration_put(calibration_t *calibration, messages_point_t *point)
 {
+    PORT_SAVE_BY_CALL();
     int32_t *taken = calibration->counts_q7; /* its counts, and MASS further on its mass */
     uint8_t  at    = 0;
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "text.h"
 
+#include "port_clamp.h"
 #include "port_wide.h"
 #include "uart.h"
 #include "version.h"
-#include "weight_kf.h"
 
 #include <avr/pgmspace.h>
 #include <stdbool.h>
@@ -55,8 +55,7 @@ static COMPACT void put_number(int32_t value, uint8_t decimals)
 /* The form's characters up to its end, values in their places. */
 static COMPACT void put_form(const char *rom_form, const int32_t *values)
 {
-    const int32_t half_q7 = 1L << (WEIGHT_KF_FRACTION_BITS - 1);
-    char          character;
+    char character;
 
     while ((character = (char)pgm_read_byte(rom_form++)) != '\0') {
         if (character > MILLI[0]) {
@@ -64,7 +63,7 @@ static COMPACT void put_form(const char *rom_form, const int32_t *values)
             continue;
         }
         int32_t value = *values++;
-        if (character == Q7[0]) { value = (value + half_q7) >> WEIGHT_KF_FRACTION_BITS; }
+        if (character == Q7[0]) { value = port_from_q7(value); }
         put_number(value, character == MILLI[0] ? MILLI_DECIMALS : 0U);
     }
 }

@@ -6,6 +6,8 @@
 #include "fir.h"
 #include "fir_designs.h"
 #include "health.h"
+#include "port_clamp.h"
+#include "port_outline.h"
 #include "port_reach.h"
 #include "rate.h"
 #include "setup.h"
@@ -18,11 +20,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#define ONE_Q7  (1L << WEIGHT_KF_FRACTION_BITS)
-#define HALF_Q7 (ONE_Q7 / 2)
-
-#define RAIL_LOW_COUNTS  (-8388608L)
-#define RAIL_HIGH_COUNTS 8388607L
+_Static_assert(WEIGHT_KF_FRACTION_BITS == 7, "port_to_q7");
 
 enum {
     CONVERTER_FAULTS = 0x3F,
@@ -192,17 +190,13 @@ static COMPACT int32_t run_fir(int32_t counts)
 
 static COMPACT int32_t run_kf(int32_t counts)
 {
-    weight_kf_adaptive_t *const kf = &shared.rest.kf;
+    PORT_SAVE_BY_CALL();
+    weight_kf_adaptive_t *const kf = PORT_REACH(&shared.rest.kf);
 
     if (!primed) { weight_kf_adaptive_init(kf, &weight_kf_adaptive_default, counts); }
     weight_kf_adaptive_update(kf, counts);
     gather(&counters.kf_clipped, &kf->clipped);
     return kf->estimate_counts_q7;
-}
-
-static COMPACT int32_t q7_of(int32_t counts)
-{
-    return counts * ONE_Q7;
 }
 
 static void filter(messages_sample_t *sample)
@@ -215,20 +209,19 @@ static void filter(messages_sample_t *sample)
     } else {
         sample->kf_counts_q7 = run_kf(sample->raw_counts);
         /* Half up, <= 2^23 - 1 as the estimate is at most that. */
-        const int32_t estimate_counts = (sample->kf_counts_q7 + HALF_Q7) >> WEIGHT_KF_FRACTION_BITS;
-        sample->fir_counts            = run_fir(estimate_counts);
-        weighing_last_counts_q7       = q7_of(sample->fir_counts);
+        sample->fir_counts      = run_fir(port_from_q7(sample->kf_counts_q7));
+        weighing_last_counts_q7 = port_to_q7(sample->fir_counts);
     }
     primed = true;
 }
 
-static uint8_t sample_flags(int32_t counts)
+static uint8_t sample_flags(void)
 {
     uint8_t flags = 0;
 
     if (beat.gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
     beat.gap = false;
-    if (counts == RAIL_LOW_COUNTS || counts == RAIL_HIGH_COUNTS) {
+    if (!shared.rest.faults.in_run) { /* then faults has seen it at a rail */
         flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
         counter_add(&counters.at_rail, 1);
     }
@@ -273,10 +266,10 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     }
 
     sample->conversion = (uint16_t)(hx711_counters()->conversions + beat.missed_total);
-    sample->flags      = sample_flags(conversion->counts);
+    sample->flags      = sample_flags();
     sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
-    const int32_t raw_q7 = q7_of(sample->raw_counts);
+    const int32_t raw_q7 = port_to_q7(sample->raw_counts);
     sample->weight_flags = scale_update(&weighing_scale, weighing_last_counts_q7, raw_q7,
                                         device_us);
     sample->mass_mg      = weighing_scale.mass_mg;

@@ -5,6 +5,8 @@
  *           r25:r22           r25:r22        r21:r20
  *   void port_count(uint16_t *counter)
  *                   r25:r24
+ *   int32_t port_to_q7(int32_t value), port_from_q7(int32_t value_q7)
+ *           r25:r22            r25:r22
  *
  * Time: 12 cycles where there is nothing to clamp.
  */
@@ -51,3 +53,37 @@ count:
 counted:
         ret
         .size port_count, . - port_count
+
+        .section .text.port_q7, "ax", @progbits
+        .global port_to_q7
+        .type port_to_q7, @function
+port_to_q7:
+        lsr     r25                 /* up by a byte and down by a bit */
+        mov     r25, r24
+        mov     r24, r23
+        mov     r23, r22
+        clr     r22                 /* keeps the carry */
+        ror     r25
+        ror     r24
+        ror     r23
+        ror     r22
+        ret
+        .size port_to_q7, . - port_to_q7
+
+        .global port_from_q7
+        .type port_from_q7, @function
+port_from_q7:
+        subi    r22, 0xC0           /* half of the last digit, then up by a bit, down by a byte */
+        sbci    r23, 0xFF
+        sbci    r24, 0xFF
+        sbci    r25, 0xFF
+        lsl     r22
+        rol     r23
+        rol     r24
+        rol     r25
+        mov     r22, r23
+        mov     r23, r24
+        mov     r24, r25
+        sbc     r25, r25            /* the sign */
+        ret
+        .size port_from_q7, . - port_from_q7

@@ -15,3 +15,13 @@ int32_t port_clamp_counts(int32_t value, uint16_t *clipped)
     port_count(clipped);
     return value < 0 ? FIXED_COUNTS_MIN : FIXED_COUNTS_MAX;
 }
+
+int32_t port_to_q7(int32_t value)
+{
+    return (int32_t)((uint32_t)value << 7);
+}
+
+int32_t port_from_q7(int32_t value_q7)
+{
+    return (value_q7 + 64) >> 7;
+}

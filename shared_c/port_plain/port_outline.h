@@ -5,4 +5,6 @@
 
 #define PORT_OUTLINE
 
+#define PORT_SAVE_BY_CALL() ((void)0)
+
 #endif

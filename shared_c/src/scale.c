@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_curve.h"
+#include "port_outline.h"
 #include "port_watch.h"
 #include "port_wide.h"
 
@@ -54,6 +55,7 @@ static void set_zero(scale_t *scale)
 /* The mass has stood within the band for long enough. */
 static OUTLINE void settle(scale_t *scale)
 {
+    PORT_SAVE_BY_CALL();
     const int32_t mass_mg = scale->mass_mg, settled_mg = scale->settled_mg;
 
     scale->steady     = true;

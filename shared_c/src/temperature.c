@@ -2,6 +2,7 @@
 #include "temperature.h"
 
 #include "fixed.h"
+#include "port_clamp.h"
 #include "port_outline.h"
 #include "port_reach.h"
 #include "port_wide.h"
@@ -59,10 +60,9 @@ void temperature_refresh(temperature_t *temperature)
         above_centi = (int16_t)(temperature_centi(temperature) - config->reference_centi);
     }
     temperature->zero_q7 = /* of a product < 2^29.1: < 2^25.5 */
-        scaled(port_mul_i16(config->zero_counts_per_k_q4, above_centi), ZERO_Q7_SCALE);
+        scaled((int32_t)config->zero_counts_per_k_q4 * above_centi, ZERO_Q7_SCALE);
     temperature->span_q32 = /* of a product <= 2.8e8: < 2^27.5 */
-        scaled(port_mul_i16((int16_t)(config->span_ppm_per_k_q4 * 4), above_centi),
-               SHARE_Q32_SCALE);
+        scaled((int32_t)(int16_t)(config->span_ppm_per_k_q4 * 4) * above_centi, SHARE_Q32_SCALE);
 }
 
 PORT_OUTLINE void temperature_update(temperature_t *temperature, int16_t measured_centi)
@@ -95,7 +95,7 @@ int32_t temperature_correct(temperature_t *temperature, int32_t raw_counts)
         span_counts = -span_counts;
     }
     const int32_t drift_q7 = temperature->zero_q7 + /* |span_counts| < 2^24: < 2^27.1 */
-                             scaled(span_counts * 128, (uint32_t)share_q32);
+                             scaled(port_to_q7(span_counts), (uint32_t)share_q32);
 
-    return fixed_clamp_counts(raw_counts - ((drift_q7 + 64) >> 7), &temperature->clipped);
+    return fixed_clamp_counts(raw_counts - port_from_q7(drift_q7), &temperature->clipped);
 }

@@ -43,7 +43,7 @@ void weight_kf_adaptive_init(weight_kf_adaptive_t *kf, const weight_kf_adaptive_
     kf->config             = config;
     kf->clipped            = 0U;
     kf->fraction_q23       = 0U;
-    kf->estimate_counts_q7 = fixed_counts_q7(fixed_clamp_counts(first_counts, &kf->clipped));
+    kf->estimate_counts_q7 = port_to_q7(fixed_clamp_counts(first_counts, &kf->clipped));
     kf->noise_q16          = (uint32_t)config->noise_q8 << 8;
     kf->var_q16            = port_mul_u16(config->noise_q8, config->noise_q8);
     remember(kf, kf->estimate_counts_q7);
