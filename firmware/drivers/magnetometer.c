@@ -3,6 +3,7 @@
 
 #include "mpu6050_motion.h"
 #include "port_reach.h"
+#include "rom_next.h"
 #include "twi.h"
 
 #include <avr/pgmspace.h>
@@ -20,14 +21,16 @@ enum {
 };
 
 /* Address, registers with what is written there, first register of a reading. */
-static const uint8_t parts[][2 * WRITES + 2] PROGMEM = {
+static const uint8_t parts[2][2 * WRITES + 2] PROGMEM = {
     {0x0D << 1, 0x0B, 0x01, 0x0A, 0x01, 0x09, 0x19, 0x00},
     {0x1E << 1, 0x00, 0x18, 0x01, 0x20, 0x02, 0x00, 0x03},
 };
 
+enum { QMC = 0, HMC = sizeof parts[0], READING = 2 * WRITES };
+
 typedef struct {
-    uint8_t step; /* writes done */
-    uint8_t part; /* which is asked */
+    uint8_t step; /* twice the writes done */
+    uint8_t part; /* which is asked: QMC, HMC, where its row stands */
     uint8_t kind;
     uint8_t since, wait; /* 1.024 ms */
     uint8_t reads;
@@ -38,17 +41,17 @@ static mag_t mag;
 
 static void ask(mag_t *it)
 {
-    const uint8_t *row = parts[it->part];
-    uint8_t        sla = pgm_read_byte(row);
+    const uint8_t *row = parts[0] + it->part;
+    uint8_t        sla = rom_next(&row);
     uint8_t        len = 1;
 
-    row += 1U + 2U * it->step;
-    if (it->step == WRITES) {
+    row += it->step;
+    const uint8_t reg = rom_next(&row);
+    it->bytes[0]      = rom_next(&row); /* where it is read, this goes nowhere */
+    if (it->step == READING) {
         sla |= 1U;
-        len = (uint8_t)(READ_LEN - it->part);
+        len = it->part == QMC ? READ_LEN : READ_LEN - 1;
     }
-    const uint8_t reg     = pgm_read_byte(row++);
-    it->bytes[0]          = pgm_read_byte(row); /* where it is read, this goes nowhere */
     it->bytes[QMC_STATUS] = 0;
     twi_ready(sla, reg, it->bytes, len);
     twi_go();
@@ -57,7 +60,7 @@ static void ask(mag_t *it)
 /* false: no field. */
 static bool take(const mag_t *it, int16_t mag_counts[AXES])
 {
-    const uint8_t is_hmc = it->part;
+    const uint8_t is_hmc = it->part != QMC;
     bool          is_bad = (it->bytes[QMC_STATUS] & QMC_OVL) != 0U;
     uint8_t       any    = 0;
     uint8_t       at     = is_hmc; /* low byte: 0 2 4, of the HMC5883L 1 5 3 */
@@ -68,7 +71,7 @@ static bool take(const mag_t *it, int16_t mag_counts[AXES])
         any |= low | high;
         mag_counts[axis] = (int16_t)((uint16_t)high << 8 | low);
         if (mag_counts[axis] == BEYOND) { is_bad = true; }
-        at = (uint8_t)(at + 2U + 2U * is_hmc);
+        at = (uint8_t)(at + (is_hmc ? 4U : 2U));
         if (at >= 2U * AXES) { at = (uint8_t)(at - 2U * AXES); }
     }
     return any != 0U && !is_bad;
@@ -92,11 +95,11 @@ bool magnetometer_poll(int16_t mag_counts[AXES], uint32_t now_us)
         it->wait = RETRY_TIME;
         it->kind = MAGNETOMETER_NONE;
         it->step = 0;
-        it->part ^= 1U;
-    } else if (it->step < WRITES) {
-        it->step++;
+        it->part = (uint8_t)(it->part ^ HMC);
+    } else if (it->step != READING) {
+        it->step = (uint8_t)(it->step + 2U);
     } else {
-        it->kind = (uint8_t)(it->part + 1U);
+        it->kind = it->part == QMC ? MAGNETOMETER_QMC5883L : MAGNETOMETER_HMC5883L;
         it->reads++;
         if (it->reads % READS == 0U) { it->step = 0; }
         come = take(it, mag_counts);

@@ -6,6 +6,7 @@
 #include "port_clamp.h"
 #include "port_outline.h"
 #include "port_reach.h"
+#include "rom_next.h"
 #include "twi.h"
 #include "uno_pins.h"
 
@@ -16,8 +17,20 @@
 
 enum { WORDS = 7, BURST_LEN = 2 * WORDS };
 
-/* Transfers in the order in which they follow each other, and from SETTLE on waits. */
-enum { OFF, IDENTIFY, WAKE, SET_INT, SET_RATES, GUARD, BURST, SETTLE, ABSENT };
+/* Transfers in the order in which they follow each other, and from SETTLE on waits. A transfer's
+ * number is where its row of `transfers` stands, and a row. */
+enum {
+    ROW       = 4,
+    OFF       = 0,
+    IDENTIFY  = 1 * ROW,
+    WAKE      = 2 * ROW,
+    SET_INT   = 3 * ROW,
+    SET_RATES = 4 * ROW,
+    GUARD     = 5 * ROW,
+    BURST     = 6 * ROW,
+    SETTLE    = 7 * ROW,
+    ABSENT    = 8 * ROW
+};
 
 /* In units of 1.024 ms; a wait is looked at every 33 ms at least, and must not reach 256. */
 enum { SETTLE_TIME = 35, RETRY_TIME = 200 };
@@ -83,6 +96,8 @@ typedef struct {
     {                                                                           \
         MPU6050_ADDRESS << 1 | 1, (register_), offsetof(imu_t, field), (length) \
     }
+
+_Static_assert(sizeof(transfer_t) == ROW, "steps are numbered so");
 
 static const transfer_t transfers[] PROGMEM = {
     FROM(MPU6050_WHO_AM_I_REG, identity, 1),
@@ -198,11 +213,11 @@ static void wait_in(imu_t *it, uint8_t step, uint8_t now)
 
 static PORT_OUTLINE void lay_ready(imu_t *it, uint8_t step)
 {
-    const uint8_t *row = &transfers[(uint8_t)(step - IDENTIFY)].sla;
-    const uint8_t  sla = pgm_read_byte(row++);
-    uint8_t        reg = pgm_read_byte(row++);
-    const uint8_t  at  = pgm_read_byte(row++);
-    const uint8_t  len = pgm_read_byte(row);
+    const uint8_t *row = (const uint8_t *)transfers + (uint8_t)(step - IDENTIFY);
+    const uint8_t  sla = rom_next(&row);
+    uint8_t        reg = rom_next(&row);
+    const uint8_t  at  = rom_next(&row);
+    const uint8_t  len = rom_next(&row);
 
     it->step = step;
     if (step == BURST && it->mode == MPU6050_TRIM) { reg = MPU6050_SELF_TEST_X; }
@@ -237,7 +252,7 @@ static bool begin(imu_t *it)
     if (it->mode == MPU6050_OFF) { return false; }
     const uint8_t *from = modes[it->mode - 1U];
     uint8_t       *to   = it->settings;
-    for (uint8_t left = RATES_LEN; left != 0U; left--) { *to++ = pgm_read_byte(from++); }
+    for (uint8_t left = RATES_LEN; left != 0U; left--) { *to++ = rom_next(&from); }
     it->settings[PWR] = 1; /* INT_PIN_CFG stays 0: active high, 50 us */
     it->period        = it->mode == MPU6050_500HZ ? 2U * PERIOD + PATIENCE : PERIOD + PATIENCE;
     twi_init();
@@ -278,7 +293,10 @@ static uint8_t after(imu_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_
 
     if (step >= SETTLE) {
         const uint8_t waited = (uint8_t)(now - it->since);
-        if (step == ABSENT) { return waited >= RETRY_TIME ? IDENTIFY : OFF; }
+        if (step == ABSENT) {
+            if (waited < RETRY_TIME) { return OFF; }
+            return IDENTIFY;
+        }
         if (waited < SETTLE_TIME) { return OFF; }
         it->guard_left = 1;
         arm(it);
@@ -286,7 +304,7 @@ static uint8_t after(imu_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_
         return OFF;
     }
     if (status == TWI_IDLE) {
-        if (step < SET_RATES) { return (uint8_t)(step + 1U); }
+        if (step < SET_RATES) { return (uint8_t)(step + ROW); }
         if (step == SET_RATES) {
             wait_in(it, SETTLE, now);
             return OFF;
