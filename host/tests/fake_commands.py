@@ -259,7 +259,10 @@ class Commands:
             except ScaleRefusedError:
                 raise Refused(Result.CONTRADICTS) from None
             return
+        changed = self.values[setting.key] != value
         self.values[setting.key] = value
+        if changed and self.imu and setting.full_name in ("imu.mode", "imu.zupt"):
+            self.imu.begin_anew()
         if setting.full_name == "chain.order":
             self.order = wire.ChainOrder(value)
             self.prime()

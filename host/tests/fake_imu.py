@@ -13,6 +13,7 @@ import numpy as np
 
 from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest
 from terazi.cshared.imu import AT_REST, BIAS_KNOWN
+from terazi.cshared.zupt import Zupt
 from terazi.link.generated.messages import (
     Attitude,
     AttitudeFlag,
@@ -28,6 +29,9 @@ WHO_AM_I = 0x68
 BIAS_COUNTS = (25, -14, 8)
 TURN_BEGIN_S, TURN_END_S, TURN_DEG_S = 3.0, 5.0, 45.0
 UPRIGHT = 8  # px_py
+LOST = 65535
+RATED = {"500hz": ("shoe", "are", "moving_variance", "magnitude")}  # 100 Hz has no detector
+RATED["1000hz"] = RATED["500hz"]
 FIELD_COUNTS = (1200, 10, -2400)
 ONE_G_COUNTS, COUNTS_PER_DEG_S = 2048, 16.384
 
@@ -51,21 +55,23 @@ class FakeImu:
     gyro: ImuCal = field(default_factory=ImuCal)
     mag: ImuCal = field(default_factory=ImuCal)
     orientation: int = UPRIGHT
-    bends: bool = False  # the attitude is wrong by one bit from here on
+    detector: str | None = "shoe"
+    begun_us: int = 0  # when sample 0 would have been
     _noise: random.Random = field(default_factory=lambda: random.Random(11))
     _mahony: Mahony | None = None
     _rest: Rest | None = None
+    _zupt: Zupt | None = None
     _field: tuple[int, int, int] | None = None
     _flags: int = 0  # AttitudeFlag since the last ATTITUDE
 
     @property
     def device_us(self) -> int:
         """When the latest sample was ready."""
-        return round(self.number / self.rate_hz * 1e6)
+        return self.begun_us + round(self.number / self.rate_hz * 1e6)
 
     def _measured(self) -> tuple[list[int], list[int]]:
         """A board that lies level, is turned about its x axis, and lies as it was left."""
-        t_s = self.number / self.rate_hz
+        t_s = self.device_us / 1e6
         turned_s = min(max(t_s - TURN_BEGIN_S, 0.0), TURN_END_S - TURN_BEGIN_S)
         angle = math.radians(TURN_DEG_S * turned_s)
         rate = TURN_DEG_S if TURN_BEGIN_S < t_s < TURN_END_S else 0.0
@@ -73,6 +79,29 @@ class FakeImu:
         gyro = [rate * COUNTS_PER_DEG_S, 0.0, 0.0]
         noisy = [round(value + self._noise.gauss(0.0, 3.0)) for value in (*acc, *gyro)]
         return noisy[:3], [one + bias for one, bias in zip(noisy[3:], BIAS_COUNTS, strict=True)]
+
+    def begin_anew(self) -> None:
+        """As where a setting of the chain is changed: all is forgotten but the field."""
+        self.begun_us, self.number = self.device_us, 0
+        self._mahony = self._rest = None
+
+    def go_away(self, seconds: float) -> None:
+        """The part does not answer for so long; its samples are not counted meanwhile."""
+        self.begun_us += round(seconds * 1e6)
+        self._gap(LOST)
+
+    def _gap(self, lost: int) -> None:
+        self._mahony.gap(lost)
+        self._rest.interrupt()
+        if self._zupt is not None:
+            self._zupt.interrupt()
+        self._flags |= AttitudeFlag.RESTARTED if lost == LOST else AttitudeFlag.GAP
+
+    def _begin(self, gyro, acc) -> None:
+        rate = f"{self.rate_hz}hz"
+        self._mahony, self._rest = Mahony(rate), Rest(rate, gyro, acc)
+        self._zupt = Zupt(self.detector, rate) if self.detector in RATED.get(rate, ()) else None
+        self._gap(LOST)
 
     def sample(self, *, lost: int = 0) -> list:
         """The next sample after `lost` ones that the device itself missed: its messages."""
@@ -82,12 +111,9 @@ class FakeImu:
         turn = ImuTurn(self.orientation).apply
         acc, gyro = turn(self.acc.apply(raw_acc)), turn(self.gyro.apply(raw_gyro))
         if self._mahony is None:
-            self._mahony = Mahony(f"{self.rate_hz}hz")
-            self._rest = Rest(f"{self.rate_hz}hz", gyro, acc)
+            self._begin(gyro, acc)
         elif lost:
-            self._mahony.gap(lost)
-            self._rest.interrupt()
-            self._flags |= AttitudeFlag.GAP
+            self._gap(lost)
         rested = self._rest.update(gyro, acc)
         self._mahony.update(gyro, acc, self._rest.bias_q16)
         told: list = []
@@ -96,19 +122,24 @@ class FakeImu:
             told.append(Mag(self.number % 65536, *FIELD_COUNTS))
         if self._field is not None:
             self._mahony.update_mag(self._field)
-            self._flags |= AttitudeFlag.HEADING
+        is_still = self._zupt is not None and self._zupt.update(gyro, acc)
         if self.number % self.every == 0:
-            told.append(Imu(self.number % 65536, *raw_acc, -11_000, *raw_gyro))
-            told.append(self._attitude(rested))
+            told.insert(0, Imu(self.number % 65536, *raw_acc, -11_000, *raw_gyro))
+            told.append(self._attitude(rested, is_still))
             self._flags = 0
         return told
 
-    def _attitude(self, rested: int) -> Attitude:
-        flags = AttitudeFlag(self._flags)
-        flags |= AttitudeFlag.REST if rested & AT_REST else AttitudeFlag(0)
-        flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else AttitudeFlag(0)
-        w, x, y, z = self._mahony.quat_wb_q30
-        return Attitude(self.number % 65536, w, x + self.bends, y, z, flags)
+    def lose_magnetometer(self) -> None:
+        """No field is used any more."""
+        self._field, self.mag_every = None, 0
+
+    def _attitude(self, rested: int, is_still: bool) -> Attitude:
+        flags = int(self._flags)
+        flags |= AttitudeFlag.REST if rested & AT_REST else 0
+        flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else 0
+        flags |= AttitudeFlag.STILL if is_still else 0
+        flags |= AttitudeFlag.HEADING if self._field is not None else 0
+        return Attitude(self.number % 65536, *self._mahony.quat_wb_q30, AttitudeFlag(flags))
 
     def status(self) -> ImuStatus:
         counts = self._mahony.counts if self._mahony else dict.fromkeys(("gaps", "railed"), 0)

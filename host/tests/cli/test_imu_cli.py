@@ -103,6 +103,20 @@ def test_log_records_attitudes_always_and_raw_samples_where_asked(tmp_path):
         assert f"{raw} raw samples, {len(inertial.attitude['sample'])} attitudes" in done.stdout
 
 
+def test_log_of_every_raw_sample_is_replayed_from_a_new_start_of_the_chain(tmp_path):
+    capture, eeprom = tmp_path / "a.terazi", Eeprom(values={SettingKey.IMU_EVERY: 1})
+    imu = functools.partial(FakeImu, rate_hz=500, every=1)
+    with FakeDevice(imu=imu, eeprom=eeprom, speed=2.0) as device:
+        done = terazi("log", device.path, "-o", capture, "--seconds", 0.5, "--imu")
+        assert done.exit_code == 0, done.output
+    done = terazi("replay", capture, "--json")
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    compared = {one["stage"]: one["compared"] for one in told["stages"]}
+    assert compared["attitude"] == compared["still"] > 100
+    assert re.search(r"attitude +the C +\d+ +bit-identical", terazi("replay", capture).stdout)
+
+
 def test_log_says_what_a_replay_of_the_attitude_will_miss(tmp_path):
     with FakeDevice(imu=SLOW, baud=115_200) as device:
         done = terazi("log", device.path, "-o", tmp_path / "a.terazi", "--imu", "--seconds", 0.1)

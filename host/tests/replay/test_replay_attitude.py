@@ -33,10 +33,11 @@ def test_whole_recording_is_bit_identical_from_the_first_sample_on(maker):
     path = maker.settings(imu_every=1).imu(FakeImu(every=1), COUNT).end()
     result, stages, whys = replayed(path)
     assert result.is_bit_identical
-    assert (stages["attitude"].compared, stages["rest"].compared) == (COUNT, COUNT)
+    assert [stages[name].compared for name in ("attitude", "rest", "still")] == [COUNT] * 3
     assert whys == {}
     flags = load_recording(path).inertial.attitude["flags"]
-    assert flags[-1] & AttitudeFlag.BIAS_KNOWN, "the double has to be at rest for this to say much"
+    for flag in (AttitudeFlag.REST, AttitudeFlag.BIAS_KNOWN, AttitudeFlag.STILL):
+        assert set(flags & int(flag)) == {0, int(flag)}, "else it would not say much"
 
 
 def test_replay_uses_calibration_orientation_and_field_as_they_were_told(maker):
@@ -46,6 +47,7 @@ def test_replay_uses_calibration_orientation_and_field_as_they_were_told(maker):
         acc=ImuCal([[900, 0, 0], [-150, 400, 0], [75, -60, 1300]], [160, -320, 80]),
         gyro=ImuCal([[500, 20, -30], [40, -500, 60], [-70, 80, 90]], [200, -112, 64]),
         mag=ImuCal([[2000, 100, -100], [100, -1500, 50], [-100, 50, 900]], [-800, 400, 320]),
+        detector="are",
         orientation=0b000_010,  # the part's z is the board's x, its x the board's y
     )
     told = {
@@ -60,7 +62,7 @@ def test_replay_uses_calibration_orientation_and_field_as_they_were_told(maker):
         **{f"acc_offset_q3_{axis}": (160, -320, 80)[axis] for axis in range(3)},
         **{f"gyro_offset_q3_{axis}": (200, -112, 64)[axis] for axis in range(3)},
         **{f"mag_offset_q3_{axis}": (-800, 400, 320)[axis] for axis in range(3)},
-        **{"imu_orientation": 2, "mag_orientation": 2, "imu_every": 1},
+        **{"imu_orientation": 2, "mag_orientation": 2, "imu_every": 1, "imu_zupt": 2},
     }
     assert all(name.upper() in SettingKey.__members__ for name in told)
     result, stages, _whys = replayed(maker.settings(**told).imu(imu, COUNT).end())
@@ -94,15 +96,64 @@ def test_replay_finds_a_single_wrong_bit_and_says_where(maker):
     assert abs(first.device - first.host) == 1
 
 
-def test_replay_finds_a_wrong_flag(maker):
+@pytest.mark.parametrize(
+    ("flag", "stage"), [(AttitudeFlag.REST, "rest"), (AttitudeFlag.STILL, "still")]
+)
+def test_replay_finds_a_wrong_flag(maker, flag, stage):
     def deny(message):
         if isinstance(message, Attitude) and message.sample == 1300:
-            return dataclasses.replace(message, flags=message.flags ^ AttitudeFlag.REST)
+            return dataclasses.replace(message, flags=message.flags ^ flag)
         return message
 
     path = maker.settings(imu_every=1).imu(FakeImu(every=1), 1400, change=deny).end()
     _result, stages, _whys = replayed(path)
-    assert (stages["attitude"].differing, stages["rest"].differing) == (0, 1)
+    differing = {name: stages[name].differing for name in ("attitude", "rest", "still")}
+    assert differing == {"attitude": 0, "rest": 0, "still": 0} | {stage: 1}
+
+
+def test_chain_is_followed_where_a_setting_lets_it_begin_anew(maker):
+    """The field is kept; all else begins, with the settings that were told before."""
+    imu = FakeImu(every=1, mag_every=10)
+    maker.settings(imu_every=1).imu(imu, 703)
+    maker.say(Setting(SettingKey.GYRO_OFFSET_Q3_0, 80))
+    imu.gyro = ImuCal(offset_q3=(80, 0, 0))
+    imu.begin_anew()
+    result, stages, whys = replayed(maker.imu(imu, 300).end())
+    assert result.is_bit_identical
+    assert stages["attitude"].compared == 1003
+    assert whys == {}
+
+
+def test_an_imu_that_was_away_is_followed(maker):
+    imu = FakeImu(every=1, mag_every=10)
+    maker.settings(imu_every=1).imu(imu, 500)
+    imu.go_away(0.31)
+    maker.imu(imu, 300)
+    imu.go_away(0.02)  # so short that only RESTARTED tells
+    result, stages, whys = replayed(maker.imu(imu, 100).end())
+    assert result.is_bit_identical
+    assert stages["attitude"].compared == 900
+    assert whys == {}
+
+
+def test_a_magnetometer_that_goes_is_followed(maker):
+    imu = FakeImu(every=1, mag_every=10)
+    maker.settings(imu_every=1).imu(imu, 505)
+    imu.lose_magnetometer()
+    result, stages, _whys = replayed(maker.imu(imu, 300).end())
+    assert result.is_bit_identical
+    assert stages["attitude"].compared == 805
+
+
+def test_a_recording_that_the_host_joins_late_is_verified_from_a_new_start_on(maker):
+    imu = FakeImu(every=1)
+    for _sample in range(50):
+        imu.sample()
+    maker.settings(imu_every=1).imu(imu, 100)
+    imu.begin_anew()
+    _result, stages, whys = replayed(maker.imu(imu, 200).end())
+    assert stages["attitude"].compared == 200
+    assert whys == {"recorded from mid-stream, the filter's state is unknown": 100}
 
 
 def test_samples_that_the_device_missed_are_bridged_as_it_bridges_them(maker):

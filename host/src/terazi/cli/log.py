@@ -26,6 +26,7 @@ SILENCE_S = 2.0  # without a sample for so long, the live line says so
 POLL_S = 0.1
 LIVE_PER_S = 8
 ASKED_MOST = 3
+IMU_MODE = "imu.mode"
 
 
 def log(
@@ -47,7 +48,8 @@ def log(
     imu: Annotated[
         bool,
         typer.Option(
-            "--imu", help="The IMU's raw samples, too; one in imu.every, and a replay needs all."
+            "--imu",
+            help="The IMU's raw samples, too, from a new start of its chain on; one in imu.every.",
         ),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an older recording.")] = False,
@@ -142,7 +144,7 @@ def _record(link, recorder, stop: Stop, seconds: float | None, imu: bool):
 def _ask_for_all(link, imu: bool) -> None:
     """Samples as they come, and once settings and points, by which a replay verifies the mass.
 
-    imu : raw samples of the IMU, too, from the first one on: it takes 0.1 s to wake.
+    imu : raw samples of the IMU, too.
     """
     from terazi.control import Balance
     from terazi.control.settings import read_settings
@@ -155,8 +157,10 @@ def _ask_for_all(link, imu: bool) -> None:
         mask = sum(StreamFlag) if imu else sum(StreamFlag) & ~StreamFlag.IMU
         link.command(SetStream(mask=mask))
         settings = read_settings(link, SETTINGS_BY_NAME)
-        for advice in imu_advice(settings, link.baud) if imu else []:
-            errors.print(advice, style="yellow", markup=False, soft_wrap=True)
+        if imu:
+            for advice in imu_advice(settings, link.baud):
+                errors.print(advice, style="yellow", markup=False, soft_wrap=True)
+            _begin_imu_anew(link, settings)
         for _attempt in range(ASKED_MOST):
             # Behind a frame that was lost no points hold that were told before it.
             lost = link.stream.frames_lost
@@ -165,6 +169,16 @@ def _ask_for_all(link, imu: bool) -> None:
                 break
     except (CommandRefused, NoAnswer) as error:
         errors.print(f"{error}: a replay will not verify the mass", style="yellow", soft_wrap=True)
+
+
+def _begin_imu_anew(link, settings: dict[str, int]) -> None:
+    """The chain to the attitude starts where its settings change: off and on again, so that the
+    recording holds its first sample, and a replay knows its state."""
+    from terazi.control.settings import apply_settings
+
+    if settings[IMU_MODE]:
+        for mode in (0, settings[IMU_MODE]):
+            apply_settings(link, {IMU_MODE: mode})
 
 
 class LiveLine:

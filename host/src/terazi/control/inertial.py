@@ -72,8 +72,9 @@ def magnetometer_words(status: ImuStatus) -> str:
 
 
 def trouble(status: ImuStatus) -> dict[str, int]:
-    """Counters that are not at zero, by name in words."""
+    """Counters that are not at zero, by name in words; the start is no gap."""
     found = {name: getattr(status, name) for name in COUNTERS}
+    found["gaps"] = max(found["gaps"] - 1, 0)
     return {name.replace("_", " "): value for name, value in found.items() if value}
 
 

@@ -6,7 +6,7 @@
     mass    kf_counts_q7 -> mass_mg                            fir_counts
             by the calibration that held at the time
 
-and where an IMU was recorded its chain: attitude.py.
+and where an IMU was recorded its chain: attitude.py, attitude_runs.py, attitude_compare.py.
 
 Order and Kalman filter are those that the device announced, segment by segment.
 Where a segment's beginning is unknown, the FIR is compared from the first sample whose whole
@@ -34,7 +34,7 @@ from terazi.link.generated.messages import ChainOrder, KfKind
 from terazi.recorder.calibration import calibration_of
 from terazi.recorder.chain import Chain, chain_of, last_counts_q7
 from terazi.recorder.recording import Recording
-from terazi.replay.attitude import compare_attitude
+from terazi.replay.attitude_compare import compare_attitude
 from terazi.replay.models import ModelResult, compare_with_models
 from terazi.replay.segments import Segment, segments_of
 from terazi.replay.stage import StageResult

@@ -159,8 +159,7 @@ def _health(inertial: Inertial) -> str:
     rows.append(["magnetometer", html.escape(words.magnetometer_words(status))])
     plain = plain_message(status)
     for name in ("samples", *words.COUNTERS):
-        text = str(plain[name])
-        is_bad = name in words.COUNTERS and plain[name]
-        shown = f'<span class="never">{text}</span>' if is_bad else text
-        rows.append([name.replace("_", " "), shown])
+        shown, text = name.replace("_", " "), str(plain[name])
+        is_bad = shown in words.trouble(status)
+        rows.append([shown, f'<span class="never">{text}</span>' if is_bad else text])
     return parts.table(["IMU at the end of the recording", ""], rows)
