@@ -4,6 +4,9 @@
  *   uint32_t port_wide_high(uint32_t a, uint32_t b)
  *                           r25:r22     r21:r18
  *
+ *   int32_t port_wide_share(int32_t value, uint32_t share_q32)
+ *                           r25:r22        r21:r18
+ *
  *   uint32_t port_wide_ratio(uint32_t a, uint32_t b)
  *                            r25:r22     r21:r18
  *
@@ -34,6 +37,23 @@
         .endm
 
         .section .text.port_wide_high, "ax", @progbits
+        .global port_wide_share
+        .type port_wide_share, @function
+port_wide_share:
+        sbrs    a3, 7
+        rjmp    port_wide_high
+        rcall   negate
+        rcall   port_wide_high
+negate: com     a3
+        com     a2
+        com     a1
+        neg     a0
+        sbci    a1, 0xFF
+        sbci    a2, 0xFF
+        sbci    a3, 0xFF
+        ret
+        .size port_wide_share, . - port_wide_share
+
         .global port_wide_high
         .type port_wide_high, @function
 port_wide_high:

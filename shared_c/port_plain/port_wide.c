@@ -6,6 +6,12 @@ uint32_t port_wide_high(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a * b + 0x80000000U) >> 32);
 }
 
+int32_t port_wide_share(int32_t value, uint32_t share_q32)
+{
+    if (value < 0) { return -(int32_t)port_wide_high(0U - (uint32_t)value, share_q32); }
+    return (int32_t)port_wide_high((uint32_t)value, share_q32);
+}
+
 uint32_t port_wide_ratio(uint32_t a, uint32_t b)
 {
     uint32_t quotient = 0U;

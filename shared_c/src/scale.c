@@ -21,15 +21,6 @@ static OUTLINE bool within(int32_t value, int32_t bound)
     return (uint32_t)value + (uint32_t)bound <= (uint32_t)bound * 2U;
 }
 
-/* Half away from zero. */
-static int32_t times(int32_t value, uint32_t factor_q32)
-{
-    const uint32_t size   = value < 0 ? 0U - (uint32_t)value : (uint32_t)value; /* <= 2^31 */
-    const int32_t  result = (int32_t)port_wide_high(size, factor_q32);
-
-    return value < 0 ? -result : result;
-}
-
 int32_t scale_mass(const scale_t *scale, int32_t counts_q7)
 {
     return port_curve(scale, counts_q7);
@@ -210,7 +201,7 @@ scale_status_t scale_count_out(scale_t *scale, uint16_t pieces)
 
 int32_t scale_pieces(const scale_t *scale)
 {
-    return times(scale->net_mg, scale->per_piece_q32); /* |.| <= 2^30 */
+    return port_wide_share(scale->net_mg, scale->per_piece_q32); /* |.| <= 2^30 */
 }
 
 /* Held against flicker. */
@@ -222,7 +213,7 @@ int32_t scale_shown(scale_t *scale)
         if (!within(mass_mg, FINE_MAX_MG)) { mass_mg = mass_mg < 0 ? -FINE_MAX_MG : FINE_MAX_MG; }
         mass_mg *= 256;
     }
-    const int32_t exact_q8 = times(mass_mg, scale->per_division);
+    const int32_t exact_q8 = port_wide_share(mass_mg, scale->per_division);
 
     /* Both are below 2^31 - 127, so that no true distance comes round modulo 2^32. */
     const uint32_t off_q8 = (uint32_t)exact_q8 - ((uint32_t)scale->divisions << 8);

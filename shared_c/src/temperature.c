@@ -44,13 +44,6 @@ int16_t temperature_centi(const temperature_t *temperature)
     return (int16_t)((temperature->smoothed_q1 + 1) >> 1);
 }
 
-/* value * share / 2^32, half away from zero. */
-PORT_OUTLINE static int32_t scaled(int32_t value, uint32_t share_q32)
-{
-    if (value < 0) { return -(int32_t)port_wide_high(0U - (uint32_t)value, share_q32); }
-    return (int32_t)port_wide_high((uint32_t)value, share_q32);
-}
-
 void temperature_refresh(temperature_t *temperature)
 {
     const temperature_config_t *config      = temperature->config;
@@ -60,9 +53,10 @@ void temperature_refresh(temperature_t *temperature)
         above_centi = (int16_t)(temperature_centi(temperature) - config->reference_centi);
     }
     temperature->zero_q7 = /* of a product < 2^29.1: < 2^25.5 */
-        scaled((int32_t)config->zero_counts_per_k_q4 * above_centi, ZERO_Q7_SCALE);
+        port_wide_share((int32_t)config->zero_counts_per_k_q4 * above_centi, ZERO_Q7_SCALE);
     temperature->span_q32 = /* of a product <= 2.8e8: < 2^27.5 */
-        scaled((int32_t)(int16_t)(config->span_ppm_per_k_q4 * 4) * above_centi, SHARE_Q32_SCALE);
+        port_wide_share((int32_t)(int16_t)(config->span_ppm_per_k_q4 * 4) * above_centi,
+                        SHARE_Q32_SCALE);
 }
 
 PORT_OUTLINE void temperature_update(temperature_t *temperature, int16_t measured_centi)
@@ -95,7 +89,7 @@ int32_t temperature_correct(temperature_t *temperature, int32_t raw_counts)
         span_counts = -span_counts;
     }
     const int32_t drift_q7 = temperature->zero_q7 + /* |span_counts| < 2^24: < 2^27.1 */
-                             scaled(port_to_q7(span_counts), (uint32_t)share_q32);
+                             port_wide_share(port_to_q7(span_counts), (uint32_t)share_q32);
 
     return fixed_clamp_counts(raw_counts - port_from_q7(drift_q7), &temperature->clipped);
 }
