@@ -23,7 +23,7 @@ SLOW = functools.partial(FakeImu, rate_hz=100)  # the double is Python: 100 Hz w
 
 
 def test_info_tells_of_the_imu_and_how_it_lies():
-    with FakeDevice(imu=SLOW) as device:
+    with FakeDevice(speed=5.0, imu=SLOW) as device:
         done = terazi("info", device.path)
     assert done.exit_code == 0, done.output
     assert re.search(r"IMU +MPU-6050 \(WHO_AM_I 0x68\) running, 4\.2 °C", done.stdout)
@@ -46,7 +46,7 @@ def test_tilt_is_told_with_what_a_scale_makes_of_it(tilt_deg, words):
 
 
 def test_info_names_a_sibling_warns_and_goes_on():
-    with FakeDevice(imu=functools.partial(SLOW, identity=0x70, mag_every=10)) as device:
+    with FakeDevice(speed=5.0, imu=functools.partial(SLOW, identity=0x70, mag_every=10)) as device:
         done = terazi("info", device.path)
     assert done.exit_code == 0, done.output
     assert "magnetometer QMC5883L" in done.stdout
@@ -56,7 +56,9 @@ def test_info_names_a_sibling_warns_and_goes_on():
 
 
 def test_info_tells_of_an_imu_that_went_and_of_what_was_lost():
-    with FakeDevice(imu=functools.partial(SLOW, state=ImuState.ABSENT, missed=7)) as device:
+    with FakeDevice(
+        speed=5.0, imu=functools.partial(SLOW, state=ImuState.ABSENT, missed=7)
+    ) as device:
         done = terazi("info", device.path)
     assert re.search(r"IMU +MPU-6050 \(WHO_AM_I 0x68\) absent\s", done.stdout)
     assert "missed 7" in done.stdout
@@ -70,7 +72,7 @@ def test_info_without_an_imu_says_so_to_people_and_machines():
 
 
 def test_info_tells_machines_of_the_imu_in_units():
-    with FakeDevice(imu=SLOW) as device:
+    with FakeDevice(speed=5.0, imu=SLOW) as device:
         told = json.loads(terazi("info", device.path, "--json").stdout)["imu"]
     assert (told["identity"], told["state"], told["mag_kind"]) == (0x68, "running", "none")
     assert told["temperature_deg_c"] == pytest.approx(4.177)
@@ -79,8 +81,8 @@ def test_info_tells_machines_of_the_imu_in_units():
 
 
 def test_watch_prints_the_attitude_once_a_second_into_a_pipe():
-    with FakeDevice(imu=SLOW) as device:
-        done = terazi("watch", device.path, "--seconds", 0.5)
+    with FakeDevice(speed=5.0, imu=SLOW) as device:
+        done = terazi("watch", device.path, "--seconds", 1.0)
     assert done.exit_code == 0, done.output
     found = re.findall(r"(\d+\.\d+) s  roll +([+-][\d.]+)°  pitch.*yaw", done.stdout)
     times_ms = [round(1000 * float(at_s)) for at_s, _roll in found]
@@ -90,7 +92,7 @@ def test_watch_prints_the_attitude_once_a_second_into_a_pipe():
 
 def test_log_records_attitudes_always_and_raw_samples_where_asked(tmp_path):
     for name, words in (("plain", []), ("raw", ["--imu"])):
-        with FakeDevice(imu=functools.partial(SLOW, every=1)) as device:
+        with FakeDevice(speed=5.0, imu=functools.partial(SLOW, every=1)) as device:
             capture = tmp_path / f"{name}.terazi"
             done = terazi("log", device.path, "-o", capture, "--seconds", 0.3, *words)
         assert done.exit_code == 0, done.output
@@ -118,7 +120,7 @@ def test_log_of_every_raw_sample_is_replayed_from_a_new_start_of_the_chain(tmp_p
 
 
 def test_log_says_what_a_replay_of_the_attitude_will_miss(tmp_path):
-    with FakeDevice(imu=SLOW, baud=115_200) as device:
+    with FakeDevice(speed=5.0, imu=SLOW, baud=115_200) as device:
         done = terazi("log", device.path, "-o", tmp_path / "a.terazi", "--imu", "--seconds", 0.1)
     assert "One in 5 samples is recorded; a replay of the attitude needs all" in done.stderr
     assert "more than 115200 baud" not in done.stderr
