@@ -21,20 +21,18 @@
         .type   port_dot, @function
 port_dot:
         push    zero
-        push    r16
-        push    r17
         clr     zero
         movw    r26, r24
         movw    r30, r22
         next
         product SUM, PAIR1, PAIR2
-        next
-        accumulate r16, r17, SUM, PAIR1, PAIR2
-        next
-        accumulate r16, r17, SUM, PAIR1, PAIR2
-        clr     r1                  /* what C expects in r1 */
-        pop     r17
-        pop     r16
+        clt                         /* twice */
+1:      next
+        add_product SUM, PAIR1, PAIR2
+        brts    2f
+        set
+        rjmp    1b
+2:      clr     r1                  /* what C expects in r1 */
         pop     zero
         ret
         .size   port_dot, . - port_dot

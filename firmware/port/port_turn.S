@@ -94,21 +94,20 @@ each_level:
         sbiw    r30, 2 * (NORTH_Q14 - EAST_Q14)
 2:      com     r8
         brne    each_level
-        or      r16, r17            /* 0: no acceleration */
-        or      r16, r18
-        or      r16, r19
-        or      r16, r20
-        or      r16, r21
-        mov     r8, r16
         plus_at Y+LEVEL_Q14, SUM0   /* what waited, of the sample before */
         std     Y+LEVEL_Q14, r24
         std     Y+LEVEL_Q14+1, r25
         std     Y+LEVEL_Q14+2, r26
         std     Y+LEVEL_Q14+3, r27
-        tst     r8
+        or      r16, r17
+        or      r16, r18
+        or      r16, r19
+        or      r16, r20
+        or      r16, r21
+        mov     r8, r16             /* 0: no acceleration */
         brne    3f
-        clr     r6                  /* correct_q19 */
-        clr     r7
+        clr     r20                 /* correct_q19 */
+        clr     r21
         rjmp    no_level
 3:      movw    r30, r28
         adiw    r30, FAR
@@ -118,34 +117,35 @@ each_level:
         ldd     r21, Z+CORRECT_Q18-FAR+1
         brtc    4f
         adiw    r30, 8
-4:      ldd     r24, Z+MEAN-FAR
+4:
+#define LEVEL_MEAN r24, r25, r22, r23
+        ldd     r24, Z+MEAN-FAR
         ldd     r25, Z+MEAN-FAR+1
-        ldd     r26, Z+MEAN-FAR+2
-        ldd     r27, Z+MEAN-FAR+3
-        minus   SUM0, SUM3
-        minus   SUM0, SUM3
+        ldd     r22, Z+MEAN-FAR+2
+        ldd     r23, Z+MEAN-FAR+3
+        minus   SUM0, LEVEL_MEAN
+        minus   SUM0, LEVEL_MEAN
         carry   Z+MEAN_RES-FAR, SUM0
         movw    r16, r4
-        accumulate r6, r7, SUM3, PAIR0, PAIR1, mul
-        mov     r16, r27            /* inside -2^27..2^27-1, if its upper byte is in -8..7 */
+        accumulate r6, r7, LEVEL_MEAN, PAIR0, PAIR1, mul
+        mov     r16, r23            /* inside -2^27..2^27-1, if its upper byte is in -8..7 */
         subi    r16, -8
         cpi     r16, 16
         brlo    5f
         ldi     r16, 0xF8           /* the nearer end: 0x07FFFFFF or 0xF8000000 */
-        lsl     r27
-        sbc     r27, r27
-        com     r27
-        mov     r24, r27
-        mov     r25, r27
-        mov     r26, r27
-        eor     r27, r16
+        lsl     r23
+        sbc     r22, r22
+        com     r22
+        mov     r24, r22
+        mov     r25, r22
+        mov     r23, r22
+        eor     r23, r16
 5:      std     Z+MEAN-FAR, r24
         std     Z+MEAN-FAR+1, r25
-        std     Z+MEAN-FAR+2, r26
-        std     Z+MEAN-FAR+3, r27
+        std     Z+MEAN-FAR+2, r22
+        std     Z+MEAN-FAR+3, r23
         /* turn = (mean >> 8) correct_q18, in r4:r3:r2:r0: upper 16 bits 2^8, then the lower 8 */
-        movw    r16, r26
-        product SUM0, PAIR0, PAIR2, mul
+        product SUM0, PAIR3, PAIR2, mul
         mul     r25, r21
         add     r2, r0
         adc     r3, r1
@@ -154,29 +154,34 @@ each_level:
         add     r2, r1
         adc     r3, zero
         adc     r4, zero
-        ldd     r24, Z+CORRECT_RES-FAR
-        ldd     r25, Z+CORRECT_RES-FAR+1
-        clr     r26
-        clr     r27
+        ldd     r18, Z+CORRECT_RES-FAR
+        ldd     r19, Z+CORRECT_RES-FAR+1
         brts    6f
-        minus   SUM3, r0, r2, r3, r4
-        rjmp    7f
-6:      plus    SUM3, r0, r2, r3, r4
-7:      std     Z+CORRECT_RES-FAR, r24
-        std     Z+CORRECT_RES-FAR+1, r25
-        movw    r6, r26
-        subi    r27, -2             /* inside -512..511, if its upper byte is in -2..1 */
-        cpi     r27, 4
+        com     r0                  /* -turn - 1, and the carry is set */
+        com     r2
+        com     r3
+        com     r4
+6:      adc     r0, r18             /* axis 1: no carry came out of turn */
+        adc     r2, r19
+        adc     r3, zero
+        adc     r4, zero
+        std     Z+CORRECT_RES-FAR, r0
+        std     Z+CORRECT_RES-FAR+1, r2
+        mov     r20, r3
+        mov     r21, r4
+        mov     r16, r4             /* inside -512..511, if its upper byte is in -2..1 */
+        subi    r16, -2
+        cpi     r16, 4
         brlo    no_level
         ldi     r16, 0xFE
-        lsl     r7
-        sbc     r6, r6
-        com     r6
-        mov     r7, r6
-        eor     r7, r16
+        lsl     r21
+        sbc     r20, r20
+        com     r20
+        mov     r21, r20
+        eor     r21, r16
 no_level:
-        std     Y+CORRECT, r6
-        std     Y+CORRECT+1, r7
+        std     Y+CORRECT, r20      /* and PAIR2 keeps it */
+        std     Y+CORRECT+1, r21
 
         /* Rates, SUM0 = rate . rate <= 3 2^30, unsigned */
         movw    r26, r10            /* X = gyr */
@@ -202,20 +207,19 @@ each_rate:
         ld      r0, Z+
         sbc     r17, r0
         brvc    1f
-        ldi     r16, 0xFF
-        ldi     r17, 0x7F
-        brmi    1f                  /* it looks negative, so it was too large */
-        ldi     r16, 0x00
+        lsl     r17                 /* it looks negative where it was too large */
+        sbc     r16, r16
         ldi     r17, 0x80
+        eor     r17, r16
 1:      st      Y+, r16
         st      Y+, r17
         muls    r17, r17
-        movw    r20, r0
+        movw    r6, r0
         mul     r16, r16
         add     r2, r0
         adc     r3, r1
-        adc     r4, r20
-        adc     r5, r21
+        adc     r4, r6
+        adc     r5, r7
         fmulsu  r17, r16
         sbc     r5, zero
         add     r3, r0
@@ -234,27 +238,27 @@ each_rate:
         carry   Z+SQUARE_RES-FAR, SUM0
 
         /* loss, in PAIR1: r5:r4 times `square`, both unsigned */
-        ldd     r22, Z+SQUARE-FAR
-        ldd     r23, Z+SQUARE-FAR+1
-        mul     r5, r23
+        ldd     r6, Z+SQUARE-FAR
+        ldd     r7, Z+SQUARE-FAR+1
+        mul     r5, r7
         movw    r18, r0
-        mul     r4, r22
+        mul     r4, r6
         movw    r16, r0
-        mul     r4, r23
+        mul     r4, r7
         add     r17, r0
         adc     r18, r1
         adc     r19, zero
-        mul     r5, r22
+        mul     r5, r6
         add     r17, r0
         adc     r18, r1
         adc     r19, zero
-        ldd     r22, Z+NORM_ERROR-FAR /* times 2^9: a byte and a bit */
-        ldd     r23, Z+NORM_ERROR-FAR+1
-        lsl     r22
-        rol     r23
+        ldd     r6, Z+NORM_ERROR-FAR /* times 2^9: a byte and a bit */
+        ldd     r7, Z+NORM_ERROR-FAR+1
+        lsl     r6
+        rol     r7
         sbc     r24, r24
-        add     r17, r22
-        adc     r18, r23
+        add     r17, r6
+        adc     r18, r7
         adc     r19, r24
         carry   Z+LOSS_RES-FAR, PAIR0, PAIR1
         movw    r10, r18            /* it stays here */
@@ -264,18 +268,15 @@ each_rate:
         ldd     r17, Z+CUBIC-FAR+1
         ldd     r2, Z+SCALE_RES-FAR
         ldd     r3, Z+SCALE_RES-FAR+1
-        ldd     r4, Z+GYRO_Q33-FAR
-        ldd     r5, Z+GYRO_Q33-FAR+1
-        diminish r20, r21, SUM0, PAIR1, PAIR0, mul
+        ldd     r22, Z+GYRO_Q33-FAR
+        ldd     r23, Z+GYRO_Q33-FAR+1
+        diminish r6, r7, r2, r3, PAIR3, PAIR1, PAIR0, mul
         std     Z+SCALE_RES-FAR, r2
         std     Z+SCALE_RES-FAR+1, r3
-        movw    r22, r4
-        movw    r20, r6             /* correct_q19 */
 
         /* Half angles c, b, a, each with the world's turn about the row of this sample */
-        sbiw    r30, FAR - NORTH_Q14
-        brts    3f
-        adiw    r30, NORTH_Q14 - EAST_Q14
+        brtc    3f                  /* Z is behind north */
+        sbiw    r30, NORTH_Q14 - EAST_Q14
 3:      ldi     r16, 3
         mov     r8, r16
 each_turn:
