@@ -13,6 +13,7 @@ from host.tests.captures import CaptureMaker
 from host.tests.fake_imu import BIAS_COUNTS, FIELD_COUNTS, FakeImu
 from terazi.applications import attitude
 from terazi.applications.attitude.page import render
+from terazi.applications.attitude.records import numbered
 from terazi.applications.attitude.summary import plain
 from terazi.applications.attitude.view import load_view
 from terazi.cshared import ImuCal
@@ -226,3 +227,17 @@ def test_allan_of_a_capture_and_its_page(tmp_path):
     for axis in told["gyro"].values():
         assert axis["angle_random_walk_deg_rth"] == pytest.approx(60 * noise, rel=0.05)
     assert "Allan deviation" in page.read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("sample", "steps"),
+    [
+        ([65534, 65535, 0, 1], [1, 1, 1]),  # it wraps
+        ([5, 6, 7, 8], [1, 250, 1]),  # away for half a second, and counts on
+        ([900, 901, 1, 2], [1, 3, 1]),  # set anew, and counts from 1
+        ([10, 12, 16, 18], [2, 4, 2]),  # one in two, of which one is lost
+    ],
+)
+def test_samples_are_numbered_by_their_count_or_by_the_clock(sample, steps):
+    us = 1_000_000 + np.concatenate([[0], np.cumsum(steps)]) * 2000
+    assert np.diff(numbered(np.array(sample, np.uint16), us)).tolist() == steps

@@ -16,6 +16,7 @@ class PlayedImu(FakeImu):
     """record : a Record at 500 Hz, played once from the start; then its last sample, with noise.
     answers : (acc, gyro) counts that excitement adds;  trim : registers 0x0D to 0x10.
     shakes : counts of noise while it tests itself;  ends : it falls silent with the record.
+    values : gives the settings by key.
     """
 
     def __init__(self, record, *, fields=None, answers=None, trim=(0, 0, 0, 0), **how):
@@ -24,11 +25,11 @@ class PlayedImu(FakeImu):
         self.answers, self.trim = answers or ((0, 0, 0), (0, 0, 0)), trim
         self.shakes, self.ends = how.pop("shakes", 6), how.pop("ends", False)
         self.identity = how.pop("identity", self.identity)
-        self.values = dict.fromkeys((MODE, EVERY), 1)
+        self.values = how.pop("values", lambda: {MODE: 1, EVERY: 1})
 
     def sample(self, *, lost=0):
         at, self.number = self.number, self.number + 1
-        every = self.values[EVERY]
+        every = self.values()[EVERY]
         if self.number % every or (self.ends and at >= len(self.record)):
             return []
         acc, gyro = self._raw(at)
@@ -38,7 +39,7 @@ class PlayedImu(FakeImu):
         return [*told, Imu(self.number % 65536, *acc, -11_000, *gyro)]
 
     def _raw(self, at):
-        mode = self.values[MODE]
+        mode = self.values()[MODE]
         if mode in (MODES["hz_500"], MODES["hz_1000"]):
             if at >= len(self.record):
                 at = len(self.record) - 1 - at % 500
@@ -59,15 +60,12 @@ class PlayedImu(FakeImu):
             for bases, answer in zip(BASE, self.answers, strict=True)
         ]
 
-    def status(self):
-        return super().status()
-
 
 def bench_of(record=None, **how):
     """A Bench whose IMU plays a sitting and obeys imu.mode and imu.every."""
     played = PlayedImu(record if record is not None else sitting(), **how)
     bench = Bench(imu=lambda: played)
-    played.values = bench.chain.values
+    played.values = lambda: bench.chain.values
     return bench
 
 

@@ -8,16 +8,11 @@ import numpy as np
 import pytest
 
 from host.tests.calibration.imu_boards import FACES, ONE_G, SLANTS, Board, counts, unit
+from terazi.applications.attitude.calibrated import measured, nothing_set, setting_names
 from terazi.calibration.imu import positions, standstill
 from terazi.calibration.imu.fit import Contradiction, fit_field, fit_motion
 from terazi.calibration.imu.gyroscope import carried
-from terazi.calibration.imu.quantise import (
-    Constants,
-    measured,
-    nothing_set,
-    setting_names,
-    settings_of,
-)
+from terazi.calibration.imu.quantise import Constants, settings_of
 from terazi.errors import CalibrationRefused
 from terazi.link.generated.settings import SETTINGS_BY_NAME
 

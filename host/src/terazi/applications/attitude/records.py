@@ -111,7 +111,7 @@ def of_inertial(inertial: Inertial, name: str) -> Record:
     run = boots[np.argmax(counts)]
     imu = {key: column[imu["boot"] == run] for key, column in imu.items()}
     mag = {key: column[mag["boot"] == run] for key, column in mag.items()}
-    number = unwrapped(imu["sample"])
+    number = numbered(imu["sample"], imu["device_us"])
     if len(number) < 2 or number[-1] == number[0]:
         raise CannotRead(f"{name} holds {len(number)} IMU messages")
     every = int(np.median(np.diff(number)))
@@ -128,9 +128,19 @@ def of_inertial(inertial: Inertial, name: str) -> Record:
     )
 
 
-def unwrapped(sample: np.ndarray) -> np.ndarray:
-    """Numbers of 16 bits that wrap, as a count that rises."""
+def numbered(sample: np.ndarray, device_us: np.ndarray) -> np.ndarray:
+    """Numbers of 16 bits that wrap as a count that rises, by the clock where they do not tell.
+
+    A part that was away counts nothing meanwhile; one whose settings change counts anew.
+    """
     steps = np.diff(sample.astype(np.int64)) % (1 << 16)
+    passed_us = np.diff(device_us).astype(np.float64)
+    if not len(steps) or not steps.any():
+        return np.zeros(len(sample), np.int64)
+    period_us = np.median(passed_us[steps > 0] / steps[steps > 0])
+    by_clock = passed_us / max(period_us, 1.0)
+    is_told = np.abs(steps - by_clock) < 1 + 0.05 * by_clock
+    steps = np.where(is_told, steps, np.maximum(np.rint(by_clock), 1)).astype(np.int64)
     return np.concatenate([[0], np.cumsum(steps)])
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from terazi import rotation, units
+from terazi.applications.attitude.calibrated import measured, told_settings
 from terazi.applications.attitude.records import Record, load_npz, of_inertial
 from terazi.applications.attitude.score import (
     Errors,
@@ -31,7 +32,6 @@ from terazi.link.generated.messages import AttitudeFlag, ImuStatus, MagKind
 from terazi.recorder import load_recording
 from terazi.recorder.inertial import quats_of
 from terazi.recorder.recording import Recording
-from terazi.replay.attitude import calibration_of, settings_of
 
 MODES = (6, 9)
 DETECTOR = "shoe"  # as the device leaves the factory
@@ -167,14 +167,16 @@ def _calibrated(recording: Recording, origin_us: int, notes: list[str]) -> Senso
 def _in_body_axes(recording: Recording, notes: list[str]) -> tuple[Record, tuple]:
     """The record, and (gyro, acc, mag or None) calibrated and turned, int16; mag's counts a uT."""
     record = of_inertial(recording.inertial, recording.path.name)
-    values = settings_of(recording.inertial)
+    values = told_settings(recording.inertial)
     gyro, acc, mag = record.gyro_b_counts, record.acc_b_counts, record.mag_b_counts
-    if "mag.orientation" in values and "gyro.offset_q3_0" in values:
+    if values is not None:
         turn, mag_turn = (ImuTurn(values[f"{name}.orientation"]) for name in ("imu", "mag"))
-        gyro = turn.block(calibration_of(values, "gyro").block(gyro))
-        acc = turn.block(calibration_of(values, "acc").block(acc))
+        gyro, acc = (
+            turn.block(measured("gyro", values, gyro)),
+            turn.block(measured("acc", values, acc)),
+        )
         if mag is not None:
-            mag = mag_turn.block(calibration_of(values, "mag").block(mag))
+            mag = mag_turn.block(measured("mag", values, mag))
     else:
         notes.append("no SETTING tells its calibration: raw samples are shown as they are")
     statuses = recording.of_kind(ImuStatus)

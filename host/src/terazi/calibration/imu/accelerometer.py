@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from terazi.applications.attitude.calibrated import LOWER
 from terazi.calibration.imu.least_squares import solve
-from terazi.calibration.imu.quantise import LOWER, Constants
+from terazi.calibration.imu.quantise import Constants
 from terazi.units import ACC_COUNTS_PER_STANDARD_GRAVITY as ONE_G
 
 # One sigma: scale +-3 %, cross axes +-2 %, zero +-50 to 80 mg at 25 degC and more when soldered.

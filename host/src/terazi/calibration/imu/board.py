@@ -23,7 +23,7 @@ RATE_HZ = 500.0  # of hz_500
 
 
 class ImuBoard:
-    """A context manager: mode and every are put back, by an exception too.
+    """A context manager: mode, every and stream are put back, by an exception too.
 
     every : one in so many samples is sent.
     """
@@ -36,10 +36,12 @@ class ImuBoard:
         self._before: dict[str, int] = {}
         self._columns = InertialColumns()
         self._given = 0
+        self._mask = 0
         self._heard_s = 0.0
 
     def __enter__(self) -> ImuBoard:
         self._before = read_settings(self.link, self._wanted)
+        self._mask = read_settings(self.link, ["stream.mask"])["stream.mask"]
         try:
             self.link.command(SetStream(mask=StreamFlag.IMU | StreamFlag.STATUS | StreamFlag.EVENT))
             self.set(self._wanted)
@@ -52,6 +54,7 @@ class ImuBoard:
     def __exit__(self, *_exception) -> None:
         with contextlib.suppress(TeraziError):  # the link may be what failed: a reset does it too
             apply_settings(self.link, self._before)
+            self.link.command(SetStream(mask=self._mask))
 
     def set(self, wanted: Mapping[str, int]) -> None:
         """Settings for now; what came before is forgotten."""
@@ -60,8 +63,12 @@ class ImuBoard:
 
     def forget(self) -> None:
         """Samples of before do not count."""
-        self.link.fresh()
+        self.resume()
         self._columns, self._given = InertialColumns(), 0
+
+    def resume(self) -> None:
+        """What came while nobody followed is lost; what was taken before stays."""
+        self.link.fresh()
         self._heard_s = self.link.now_s()
 
     def _want_imu(self) -> None:

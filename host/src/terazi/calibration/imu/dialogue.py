@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from terazi.applications.attitude.calibrated import setting_names
 from terazi.applications.attitude.records import Record, of_inertial
 from terazi.calibration.imu import positions, show
 from terazi.calibration.imu.board import ImuBoard
@@ -20,14 +21,14 @@ from terazi.calibration.imu.fit import (
     MotionResult,
     fit_field,
     fit_motion,
+    relate,
 )
 from terazi.calibration.imu.magnetometer import TURN_MORE, coverage
-from terazi.calibration.imu.quantise import setting_names
-from terazi.calibration.imu.standstill import STILL_S, Finder, find
+from terazi.calibration.imu.standstill import STILL_S, Finder, Standstill, find
 from terazi.calibration.terminal import Terminal
 from terazi.control.balance import Balance
 from terazi.control.settings import apply_settings, read_settings
-from terazi.errors import Aborted, CalibrationRefused, TeraziError
+from terazi.errors import Aborted, CalibrationRefused, CannotRead, TeraziError
 from terazi.link import Link
 from terazi.link.generated.messages import MagKind, SaveSettings
 from terazi.recorder.inertial import counts_of
@@ -72,10 +73,14 @@ def calibrate_imu(link: Link, terminal: Terminal, plan: Plan) -> Outcome:
     """The whole conversation. Raises CalibrationRefused, Aborted, and what the link raises."""
     outcome = Outcome()
     with _Sitting(link, terminal, plan) as sitting:
+        if plan.field:
+            sitting.want_magnetometer()
         if plan.motion:
             outcome.motion = sitting.motion()
         if plan.field:
             outcome.field = sitting.field()
+        if plan.motion and plan.field:
+            relate(*sitting.lain, outcome.motion, outcome.field, sitting.before)
     return write(link, terminal, outcome, plan)
 
 
@@ -88,10 +93,10 @@ def of_record(record: Record, plan: Plan, before: Mapping[str, int] | None = Non
         outcome.motion = fit_motion(record, stills, before, free=plan.free)
     if plan.field:
         if record.mag_b_counts is None:
-            raise CalibrationRefused(
-                f"{record.name} holds no magnetometer", remedy="Leave --mag out."
-            )
+            raise CannotRead(f"{record.name} holds no magnetometer", remedy="Leave --mag out.")
         outcome.field = fit_field(record.mag_b_counts, before)
+        if plan.motion:
+            relate(record, stills, outcome.motion, outcome.field, before)
     return outcome
 
 
@@ -102,7 +107,8 @@ def groups_of(plan: Plan) -> list[str]:
 
 def present(link: Link, plan: Plan) -> dict[str, int]:
     """The calibration that holds by now."""
-    return read_settings(link, [name for group in groups_of(plan) for name in setting_names(group)])
+    names = [name for group in groups_of(plan) for name in setting_names(group)]
+    return read_settings(link, [*names, "imu.orientation", "mag.orientation"])
 
 
 def write(link: Link | None, terminal: Terminal, outcome: Outcome, plan: Plan) -> Outcome:
@@ -140,6 +146,7 @@ class _Sitting:
         self.board = ImuBoard(link, every=EVERY_WITH_MAG if plan.field else EVERY)
         self.finder = Finder(self.board.rate_hz)
         self._fed = 0
+        self.lain: tuple[Record, list[Standstill]]  # what the positions came of
 
     def __enter__(self) -> _Sitting:
         self.board.__enter__()
@@ -172,9 +179,8 @@ class _Sitting:
         while True:
             try:
                 self._take_positions()
-                return fit_motion(
-                    self._record(), self.finder.found, self.before, free=self.plan.free
-                )
+                self.lain = (self._record(), list(self.finder.found))
+                return fit_motion(*self.lain, self.before, free=self.plan.free)
             except CalibrationRefused as refused:
                 if not self.plan.asks:
                     raise
@@ -280,15 +286,18 @@ class _Sitting:
 
     # The field.
 
-    def field(self) -> FieldResult:
-        """The magnetometer turned about, and what comes of it."""
-        self.board.forget()
+    def want_magnetometer(self) -> None:
+        """Raises CalibrationRefused where there is none, before anything else is begun."""
         self.board.follow(1.5)  # an IMU_STATUS comes every second
         if self.board.status is not None and self.board.status.mag_kind == MagKind.NONE:
             raise CalibrationRefused(
                 "the board has no magnetometer: nothing answers as a QMC5883L or HMC5883L",
                 remedy="Wire one beside the MPU-6050, or leave --mag out.",
             )
+
+    def field(self) -> FieldResult:
+        """The magnetometer turned about, and what comes of it."""
+        self.board.forget()
         self.terminal.tell(f"{TURN_MORE} Keep it in one place, away from iron, magnets and cables.")
         while True:
             try:
@@ -318,5 +327,5 @@ class _Sitting:
         chosen = self.terminal.choose("What now?", choices | ABORT)
         if chosen == "abort":
             raise Aborted("calibration aborted; the board is as it was")
-        self.link.fresh()
+        self.board.resume()
         return chosen

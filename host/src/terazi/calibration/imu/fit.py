@@ -13,12 +13,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from terazi.applications.attitude.calibrated import measured
 from terazi.applications.attitude.records import Record
 from terazi.calibration.imu import positions
 from terazi.calibration.imu.accelerometer import AccelerometerFit, fit_accelerometer
+from terazi.calibration.imu.axes import find_mag_axes
 from terazi.calibration.imu.gyroscope import GyroscopeFit, Turn, fit_gyroscope, turned_wrong
 from terazi.calibration.imu.magnetometer import MagnetometerFit, fit_magnetometer
-from terazi.calibration.imu.quantise import measured, settings_of
+from terazi.calibration.imu.quantise import settings_of
 from terazi.calibration.imu.standstill import Standstill
 from terazi.errors import CalibrationRefused
 from terazi.units import ACC_COUNTS_PER_STANDARD_GRAVITY as ONE_G
@@ -253,6 +255,32 @@ def _turned_deg(record: Record, stills, ups, settings) -> float:
         return float("nan")
     missed = [np.linalg.norm(turned_wrong(turn, np.eye(3))) for turn in turns]
     return float(np.degrees(np.sqrt(np.mean(np.square(missed)))))
+
+
+def relate(
+    record: Record,
+    stills: Sequence[Standstill],
+    motion: MotionResult,
+    field: FieldResult,
+    present: Mapping[str, int],
+) -> None:
+    """How the magnetometer sits beside the IMU, into the field's settings and notes.
+
+    present : imu.orientation and mag.orientation; without them nothing is said.
+    """
+    codes = [present.get(f"{part}.orientation") for part in ("imu", "mag")]
+    if record.mag_b_counts is None or None in codes:
+        return
+    ups = [motion.acc.constants.apply(one.acc_counts) for one in stills]
+    means = [record.mag_b_counts[one.first : one.last].mean(axis=0) for one in stills]
+    fields = [field.mag.constants.apply(mean) for mean in means]
+    axes = find_mag_axes([_unit(up) for up in ups], fields, *codes)
+    if axes is None:
+        return
+    if axes.is_wrong:
+        field.settings["mag.orientation"] = axes.best
+    if axes.note:
+        field.notes.append(axes.note)
 
 
 @dataclass

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from terazi.applications.attitude.calibrated import SQUARE
 from terazi.calibration.imu.least_squares import solve
-from terazi.calibration.imu.quantise import SQUARE, Constants
+from terazi.calibration.imu.quantise import Constants
 from terazi.units import GYRO_COUNTS_PER_DEG_S
 
 PRIOR_SCALE, PRIOR_CROSS = 0.03, 0.02  # +-3 %, +-2 %: PS-MPU-6000A-00 rev 3.4, p. 12

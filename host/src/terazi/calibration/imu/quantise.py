@@ -1,27 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""True constants of a sensor as the device's settings hold them, and what its integers make of it.
+"""True constants of a sensor as the device's settings hold them.
 
 true = M (raw - offset) becomes raw + D raw - o with D = M - I in Q16 and o = M offset in Q3
-(imu_cal.h). An accelerometer's D is a lower triangle: which way a board is turned, gravity's
-length does not tell.
+(imu_cal.h).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from terazi.cshared import ImuCal
+from terazi.applications.attitude.calibrated import PLACES, setting_names
 from terazi.errors import CalibrationRefused
 
-AXES = "xyz"
 ROW_MAX = 32767  # sum of |D| in Q16, imu_cal.h
 OFFSET_MAX_COUNTS = 4095
-LOWER = tuple((row, column) for row in range(3) for column in range(row + 1))
-SQUARE = tuple((row, column) for row in range(3) for column in range(3))
-PLACES = {"acc": LOWER, "gyro": SQUARE, "mag": SQUARE}  # of matrix_q16, in the order of its keys
 SENSORS = {"acc": "accelerometer", "gyro": "gyroscope", "mag": "magnetometer"}
 
 
@@ -35,12 +29,6 @@ class Constants:
     def apply(self, raw) -> np.ndarray:
         """Unrounded, for fits."""
         return (np.asarray(raw, dtype=np.float64) - self.offset_counts) @ self.matrix.T
-
-
-def setting_names(group: str) -> list[str]:
-    """Of matrix, then offset, by the order of their keys."""
-    matrix = [f"{group}.{AXES[row]}{AXES[column]}_q16" for row, column in PLACES[group]]
-    return matrix + [f"{group}.offset_q3_{at}" for at in range(3)]
 
 
 def settings_of(group: str, constants: Constants) -> dict[str, int]:
@@ -63,20 +51,3 @@ def settings_of(group: str, constants: Constants) -> dict[str, int]:
     values = [int(d_q16[place]) for place in PLACES[group]]
     values += np.rint(after_counts * 8).astype(int).tolist()
     return dict(zip(setting_names(group), values, strict=True))
-
-
-def nothing_set(group: str) -> dict[str, int]:
-    """Settings of a perfect sensor."""
-    return dict.fromkeys(setting_names(group), 0)
-
-
-def measured(group: str, settings: Mapping[str, int], raw_counts: np.ndarray) -> np.ndarray:
-    """(n, 3) int16 that the device makes of raw counts: its own imu_cal.
-
-    settings : by name; others than this group's may be among them.
-    """
-    d_q16 = [[0, 0, 0] for _row in range(3)]
-    *matrix, x, y, z = (settings[name] for name in setting_names(group))
-    for (row, column), value in zip(PLACES[group], matrix, strict=True):
-        d_q16[row][column] = value
-    return ImuCal(d_q16, (x, y, z)).block(raw_counts)

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from terazi.applications.attitude.calibrated import told_settings
 from terazi.applications.attitude.records import Record, load_npz, of_inertial
 from terazi.recorder import load_recording
-from terazi.replay.attitude import settings_of
 
 
 def read(path: Path) -> tuple[Record, dict[str, int] | None]:
@@ -18,5 +18,4 @@ def read(path: Path) -> tuple[Record, dict[str, int] | None]:
     if path.suffix == ".npz":
         return load_npz(path), None
     inertial = load_recording(path, needs_samples=False).inertial
-    told = settings_of(inertial)
-    return of_inertial(inertial, path.name), told if "mag.offset_q3_2" in told else None
+    return of_inertial(inertial, path.name), told_settings(inertial)
