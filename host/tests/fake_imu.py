@@ -150,7 +150,7 @@ class FakeImu:
             state=self.state,
             identity=self.identity,
             mag_kind=MagKind.QMC5883L if self.mag_every else MagKind.NONE,
-            samples=self.number - self.missed,
+            samples=max(self.number - self.missed, 0),
             missed=self.missed,
             temp_counts=-11_000,
             **{f"bias_{axis}_q16": value for axis, value in zip("xyz", bias, strict=True)},
