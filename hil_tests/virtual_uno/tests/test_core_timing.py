@@ -199,3 +199,42 @@ def test_seed_changes_noise(uno):
         board.run(0.5)
         streams.append(board.uart.read())
     assert streams[0] != streams[1]
+
+
+def compare_program(uno, first):
+    board = uno("compare.c")
+    board.run(0.0001)
+    board.poke(board.symbol("first"), first.to_bytes(2, "little"))
+    board.poke(board.symbol("go"), b"\1")
+    return board
+
+
+@pytest.mark.parametrize("first", [0, 1, 777, 2047])
+def test_a_compare_set_anew_by_its_interrupt_keeps_its_pace_through_every_turn(
+    uno, variables, first
+):
+    board = compare_program(uno, first)
+    board.run(1.0)
+    calls, at_zero, late_most, overflows = (
+        int.from_bytes(bytes(variables(board, name, n=2)), "little")
+        for name in ("calls", "at_zero", "late_most", "overflows")
+    )
+    assert calls == pytest.approx(2_000_000 / 2048, abs=2)
+    assert overflows == pytest.approx(2_000_000 / 65536, abs=1)
+    assert at_zero == (overflows if first == 0 else 0)
+    assert (
+        late_most <= 14
+    )  # 7 us: entry and pushes 40 cycles, the other handler 55, no interrupts 15
+
+
+def test_a_compare_that_is_put_off_does_not_fire(uno, variables):
+    board = compare_program(uno, 0)
+    board.run(0.01)
+    board.poke(board.symbol("put_off"), b"\1")
+    board.run(0.001)
+    before = variables(board, "calls", n=2)
+    board.run(0.5)
+    assert variables(board, "calls", n=2) == before
+    board.poke(board.symbol("put_off"), b"\0")
+    board.run(0.01)
+    assert variables(board, "calls", n=2) != before
