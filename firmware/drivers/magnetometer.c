@@ -14,10 +14,10 @@ enum { WRITES = 3, AXES = 3, READ_LEN = 7 };
 enum { READ_TIME = 13, RETRY_TIME = 200 };
 
 enum {
-    READS      = 64, /* until the part is set up anew, a power of 2 */
-    QMC_STATUS = 6,  /* where it stands in what is read */
-    QMC_OVL    = 0x02,
-    BEYOND     = -4096 /* of the HMC5883L; of a QMC5883L 1.37 gauss, which no field on earth is */
+    READS   = 64,   /* until the part is set up anew, a power of 2 */
+    QMC_OVL = 0x02, /* of the status behind the axes */
+    /* -4096 of the HMC5883L; of a QMC5883L 1.37 gauss, which no field on earth is */
+    BEYOND_HIGH = 0xF0
 };
 
 /* Address, registers with what is written there, first register of a reading. */
@@ -50,9 +50,8 @@ static void ask(mag_t *it)
     it->bytes[0]      = rom_next(&row); /* where it is read, this goes nowhere */
     if (it->step == READING) {
         sla |= 1U;
-        len = it->part == QMC ? READ_LEN : READ_LEN - 1;
+        len = READ_LEN;
     }
-    it->bytes[QMC_STATUS] = 0;
     twi_ready(sla, reg, it->bytes, len);
     twi_go();
 }
@@ -60,21 +59,31 @@ static void ask(mag_t *it)
 /* false: no field. */
 static bool take(const mag_t *it, int16_t mag_counts[AXES])
 {
-    const uint8_t is_hmc = it->part != QMC;
-    bool          is_bad = (it->bytes[QMC_STATUS] & QMC_OVL) != 0U;
-    uint8_t       any    = 0;
-    uint8_t       at     = is_hmc; /* low byte: 0 2 4, of the HMC5883L 1 5 3 */
+    const uint8_t *from = it->bytes;
+    uint8_t       *to   = (uint8_t *)mag_counts;
+    uint8_t        any  = 0;
 
-    for (uint8_t axis = 0; axis < AXES; axis++) {
-        const uint8_t low  = it->bytes[at];
-        const uint8_t high = it->bytes[at ^ 1U];
+    for (uint8_t left = AXES; left != 0U; left--) {
+        uint8_t low  = *from++;
+        uint8_t high = *from++;
+        if (it->part != QMC) {
+            const uint8_t first = low;
+            low                 = high;
+            high                = first;
+        }
+        *to++ = low;
+        *to++ = high;
         any |= low | high;
-        mag_counts[axis] = (int16_t)((uint16_t)high << 8 | low);
-        if (mag_counts[axis] == BEYOND) { is_bad = true; }
-        at = (uint8_t)(at + (is_hmc ? 4U : 2U));
-        if (at >= 2U * AXES) { at = (uint8_t)(at - 2U * AXES); }
+        if (low == 0U && high == BEYOND_HIGH) { return false; }
     }
-    return any != 0U && !is_bad;
+    if (it->part != QMC) {
+        const int16_t second = mag_counts[1];
+        mag_counts[1]        = mag_counts[2];
+        mag_counts[2]        = second;
+    } else if ((*from & QMC_OVL) != 0U) {
+        return false;
+    }
+    return any != 0U;
 }
 
 bool magnetometer_poll(int16_t mag_counts[AXES], uint32_t now_us)
