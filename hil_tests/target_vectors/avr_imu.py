@@ -20,8 +20,8 @@ REST_LAYOUT = {
     "lowpass_q16": "h",
     "still_rounds": "B",
     "gain_len": "B",
-    "gravity2_min": "I",
-    "gravity2_max": "I",
+    "gravity2_min": "H",
+    "gravity2_max": "H",
 }
 
 
@@ -60,8 +60,8 @@ def rest(
 ) -> tuple[list[tuple[int, ...]], int, int]:
     """(flags, bias x, y, z) after each sample of gyro x y z, acc x y z; rejected, implausible."""
     fields = [config[field] for field in REST_LAYOUT]
-    layout = "<" + "".join(REST_LAYOUT.values()) + "6h"
-    if core.request("r", struct.pack(layout, *fields, *samples[0])) != b"\1":
+    layout = "<" + "".join(REST_LAYOUT.values())
+    if core.request("r", struct.pack(layout, *fields)) != b"\1":
         raise ValueError("the chip refuses the configuration")
     results: list[tuple[int, ...]] = []
     for at in range(0, len(samples), SAMPLES_PER_REQUEST):

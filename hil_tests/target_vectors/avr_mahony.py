@@ -62,9 +62,9 @@ def go_on(core: AvrCore, samples: Sequence[Sequence[int]]) -> list[tuple[int, ..
     return results
 
 
-def start_chain(core: AvrCore, first: Sequence[int]) -> None:
-    """Start rest with its first sample; `mahony` must have set up the filter."""
-    core.request("4", struct.pack("<H9h3i", *first))
+def start_chain(core: AvrCore) -> None:
+    """Start rest; `mahony` must have set up the filter."""
+    core.request("4")
 
 
 def chain(core: AvrCore, samples: Sequence[Sequence[int]]) -> None:

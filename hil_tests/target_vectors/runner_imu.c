@@ -12,7 +12,7 @@ enum {
     OP_IMU_CAL_APPLY       = 'I', /* n x raw 3 i16 -> n x calibrated 3 i16 */
     OP_IMU_CAL_CLIPPED     = 'j', /* -> u16 */
     OP_IMU_CAL_TURN        = 'o', /* orientation u8, 3 i16 -> lawful u8, turned 3 i16 */
-    OP_REST_INIT           = 'r', /* rest_config_t, gyro 3 i16, acc 3 i16 -> accepted u8 */
+    OP_REST_INIT           = 'r', /* rest_config_t -> accepted u8 */
     OP_REST_UPDATE         = 'R', /* n x gyro 3 i16, acc 3 i16 -> n x flags u8, bias 3 i32 */
     OP_REST_COUNTS         = 's', /* -> rejected u16, implausible u16 */
     VECTOR_BYTES           = 6,
@@ -68,12 +68,9 @@ static uint8_t turn_cal(uint8_t buffer[])
 
 static uint8_t init_rest(uint8_t buffer[])
 {
-    int16_t gyro[3], acc[3];
     memcpy(&rest_config, buffer, sizeof rest_config);
-    memcpy(gyro, &buffer[sizeof rest_config], sizeof gyro);
-    memcpy(acc, &buffer[sizeof rest_config + sizeof gyro], sizeof acc);
     buffer[0] = rest_is_lawful(&rest_config);
-    if (buffer[0]) { rest_init(&rest, &rest_config, gyro, acc); }
+    if (buffer[0]) { rest_init(&rest, &rest_config); }
     return 1;
 }
 

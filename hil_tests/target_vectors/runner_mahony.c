@@ -5,6 +5,7 @@
 #include "rest.h"
 #include "rest_configs.h"
 
+#include <avr/pgmspace.h>
 #include <string.h>
 
 enum {
@@ -12,7 +13,7 @@ enum {
     OP_UPDATE       = '1', /* n x sample_t -> n x result_t */
     OP_COUNTS       = '2', /* -> mahony_counts_t */
     OP_ACCELERATION = '3', /* acc 3 i16 -> free of gravity 3 i16 */
-    OP_CHAIN_START  = '4', /* rest takes its first sample_t */
+    OP_CHAIN_START  = '4', /* rest begins */
     OP_CHAIN        = '5'  /* n x sample_t, the bias from rest: what the budget measures */
 };
 
@@ -30,6 +31,7 @@ typedef struct {
 static mahony_config_t config;
 static mahony_t        mahony;
 static mahony_euler_t  euler;
+static rest_config_t   rest_config;
 static rest_t          rest;
 static uint8_t         axes;
 
@@ -96,10 +98,10 @@ static uint8_t chain(const uint8_t buffer[], uint8_t len)
     return 0;
 }
 
-static uint8_t start_chain(const uint8_t buffer[])
+static uint8_t start_chain(void)
 {
-    memcpy(&sample, buffer, sizeof sample);
-    rest_init(&rest, &rest_286hz, sample.gyro, sample.acc);
+    memcpy_P(&rest_config, &rest_286hz, sizeof rest_config);
+    rest_init(&rest, &rest_config);
     return 0;
 }
 
@@ -122,7 +124,7 @@ uint8_t runner_mahony_serve(uint8_t op, uint8_t buffer[], uint8_t len)
         memcpy(buffer, &mahony.counts, sizeof mahony.counts);
         return sizeof mahony.counts;
     case OP_ACCELERATION: return free_acceleration(buffer);
-    case OP_CHAIN_START: return start_chain(buffer);
+    case OP_CHAIN_START: return start_chain();
     case OP_CHAIN: return chain(buffer, len);
     default: return 0;
     }

@@ -99,7 +99,7 @@ class FakeImu:
 
     def _begin(self, gyro, acc) -> None:
         rate = f"{self.rate_hz}hz"
-        self._mahony, self._rest = Mahony(rate), Rest(rate, gyro, acc)
+        self._mahony, self._rest = Mahony(rate), Rest(rate)
         self._zupt = Zupt(self.detector, rate) if self.detector in RATED.get(rate, ()) else None
         self._gap(LOST)
 

@@ -2,18 +2,18 @@
 #include "rest.h"
 
 #include "fixed.h"
-#include "port_assert.h"
-#include "port_hot.h"
 #include "port_i16.h"
-#include "port_rom.h"
-#include "rest_configs.h"
+#include "port_reach.h"
 
 enum {
     AXES         = 3,
     VISITS       = 6,
-    ROUND_WEIGHS = REST_BLOCK_ROUNDS,
-    ROUND_LEARNS = REST_BLOCK_ROUNDS + 1,
-    MEAN_Q16     = 65536L / REST_BLOCK_ROUNDS /* of a sum; a product is quicker than a shift */
+    ACC          = 0, /* of a limit: whose, */
+    GYRO         = 1,
+    MOTION       = 0, /* and when: REST_AT_REST or not */
+    STILL        = 1,
+    ROUND_LEARNS = REST_BLOCK_ROUNDS,
+    MEAN_Q16     = 65536L / REST_BLOCK_ROUNDS /* of a sum */
 };
 
 _Static_assert((REST_GYRO_LIMIT_MAX + 1) * REST_BLOCK_ROUNDS <= INT16_MAX, "a block's sum fits");
@@ -31,27 +31,19 @@ static bool beyond(int16_t value, int16_t limit) /* 0 <= limit <= 16383 */
 
 bool rest_is_lawful(const rest_config_t *config)
 {
-    const int16_t gyro_max = config->leave_gyro_counts, bias_max = config->bias_max_counts;
+    const int16_t *acc = config->limit_counts[ACC], *gyro = config->limit_counts[GYRO];
+    const int16_t  bias_max = config->bias_max_counts;
 
-    return config->enter_gyro_counts >= 0 && config->enter_gyro_counts <= gyro_max &&
-           bias_max >= 0 && gyro_max <= REST_GYRO_LIMIT_MAX - bias_max &&
-           config->enter_acc_counts >= 0 && config->leave_acc_counts <= REST_ACC_LIMIT_MAX &&
-           config->enter_acc_counts <= config->leave_acc_counts && config->lowpass_q16 > 0 &&
-           config->still_rounds >= 1U && config->gain_len >= 1U &&
-           config->gain_len <= REST_GAIN_LEN_MAX;
+    return 0 <= acc[MOTION] && acc[MOTION] <= acc[STILL] && acc[STILL] <= REST_ACC_LIMIT_MAX &&
+           0 <= gyro[MOTION] && gyro[MOTION] <= gyro[STILL] && 0 <= bias_max &&
+           gyro[STILL] <= REST_GYRO_LIMIT_MAX - bias_max && config->lowpass_q16 > 0 &&
+           config->still_rounds >= 1U && config->gain_len >= 1U;
 }
 
-void rest_init(rest_t *rest, const rest_config_t *config, const int16_t gyro_b_counts[3],
-               const int16_t acc_b_counts[3])
+void rest_init(rest_t *rest, const rest_config_t *config)
 {
-    PORT_ASSERT(rest_is_lawful(config));
-
     *rest        = (rest_t){0};
     rest->config = config;
-    for (uint8_t axis = 0U; axis < AXES; ++axis) {
-        rest->low_q16[axis]        = acc_b_counts[axis] * 65536L;
-        rest->low_q16[AXES + axis] = gyro_b_counts[axis] * 65536L;
-    }
 }
 
 void rest_interrupt(rest_t *rest)
@@ -60,121 +52,102 @@ void rest_interrupt(rest_t *rest)
     rest->rounds = 0U;
 }
 
-/* One axis of the last block goes into the bias. */
-static PORT_OUTLINE void learn(rest_t *rest, uint8_t axis)
+/* One axis of the last block goes into the bias: down, and the gain is at most 1, so that the bias
+ * never passes the mean. The mean's factor is no constant to the compiler: a product is shorter and
+ * quicker than the loop of shifts that it would make. */
+static void learn(rest_t *rest, uint8_t visit)
 {
-    const int32_t  bias_q16 = rest->bias_q16[axis];
-    const int32_t  mean_q16 = port_mac_i16(0, rest->sum_counts[axis], MEAN_Q16); /* <= 2^27 */
-    const uint16_t gain_q15 = port_rom_u16(&rest_gain_q15[rest->blocks - 1U]);
+    int32_t *bias_q16 = PORT_REACH(&rest->bias_q16[visit - AXES]);
+    int32_t  off_q16  = (int32_t)rest->sum_counts[visit - AXES] * PORT_REACH((int16_t)MEAN_Q16) -
+                      *bias_q16; /* <= 2^28 */
 
-    /* gain <= 1: the bias never passes the mean */
-    rest->bias_q16[axis] = bias_q16 + fixed_mul_q15(mean_q16 - bias_q16, gain_q15);
+    for (uint8_t blocks = rest->blocks; (blocks >>= 1) != 0U;) { off_q16 >>= 1; }
+    *bias_q16 += off_q16;
 }
 
-/* One axis more of the low-passed acceleration's square. */
-static PORT_OUTLINE void weigh(rest_t *rest, uint8_t axis)
+/* Whether the axis is still; gathers what the block wants of it. */
+static bool look(rest_t *rest, uint8_t visit, int16_t sample)
 {
-    const int16_t  low    = whole(rest->low_q16[axis]);
-    const uint32_t square = (uint32_t)port_mac_i16(0, low, low); /* <= 2^30 */
+    const rest_config_t *config  = rest->config;
+    const uint8_t        at_rest = rest->flags & REST_AT_REST;
+    int32_t             *low_q16 = PORT_REACH(&rest->low_q16[visit]);
 
-    rest->gravity2 = axis == 0U ? square : rest->gravity2 + square;
+    if ((uint16_t)((uint16_t)sample - 0x7FFFU) <= 1U) { /* 32767 or -32768 */
+        fixed_count(&rest->rejected);
+        return false;
+    }
+    const int16_t  off   = port_sub_sat_i16(sample, whole(*low_q16));
+    const int16_t *limit = config->limit_counts[ACC];
+    if (visit >= AXES) { limit = config->limit_counts[GYRO]; }
+    if (at_rest) { ++limit; }
+    if (beyond(off, *limit)) {
+        *low_q16 = sample * 65536L;
+        return false;
+    }
+    /* With a gain below 1/2 the low-pass stays inside int16, as the samples do (notes). */
+    *low_q16 = port_mac_i16(*low_q16, config->lowpass_q16, off);
+    if (visit < AXES) { return true; }
+    if (beyond(whole(*low_q16), config->bias_max_counts)) { return false; }
+    if (at_rest && rest->rounds < REST_BLOCK_ROUNDS) {
+        int16_t *sum = PORT_REACH(&rest->sum_counts[visit - AXES]);
+        if (rest->rounds == 0U) { *sum = 0; }
+        *sum = (int16_t)(*sum + sample); /* |sample| <= GYRO_LIMIT_MAX + 1 */
+    }
+    return true;
+}
+
+/* Whether the block that has been gathered may be learnt: the accelerometer feels about what it
+ * should at rest. */
+static void end_block(rest_t *rest)
+{
+    const rest_config_t *config   = rest->config;
+    uint16_t             gravity2 = 0U; /* <= 3 * 2^14 */
+
+    for (uint8_t axis = 0U; axis < AXES; ++axis) {
+        /* half a step below full scale wraps to -128, whose square is the same */
+        const int8_t low = (int8_t)((uint16_t)(whole(rest->low_q16[axis]) + 128) >> 8);
+        gravity2         = (uint16_t)(gravity2 + (uint16_t)(low * low));
+    }
+    if (gravity2 < config->gravity2_min || gravity2 > config->gravity2_max) {
+        fixed_count(&rest->implausible);
+        rest->rounds = 0U;
+    } else if (rest->blocks != config->gain_len) {
+        ++rest->blocks;
+    }
 }
 
 /* Six visits without motion. */
-static PORT_OUTLINE void end_round(rest_t *rest)
+static void end_round(rest_t *rest)
 {
-    const rest_config_t *config = rest->config;
-    const uint8_t        ended  = rest->rounds;
-
-    rest->rounds = (uint8_t)(ended + 1U);
+    ++rest->rounds;
     if ((rest->flags & REST_AT_REST) == 0U) {
-        if (rest->rounds == config->still_rounds) {
-            rest->flags |= REST_AT_REST;
-            rest->rounds = 0U;
-        }
-    } else if (ended == ROUND_WEIGHS) {
-        if (rest->gravity2 < config->gravity2_min || rest->gravity2 > config->gravity2_max) {
-            fixed_count(&rest->implausible);
-            rest->rounds = 0U;
-        } else if (rest->blocks != config->gain_len) {
-            ++rest->blocks;
-        }
-    } else if (ended == ROUND_LEARNS) {
+        if (rest->rounds != rest->config->still_rounds) { return; }
+        rest->flags |= REST_AT_REST;
+    } else {
+        if (rest->rounds <= ROUND_LEARNS) { return; }
         rest->flags |= REST_BIAS_KNOWN;
-        rest->rounds = 0U;
     }
-}
-
-/* Move the low-pass towards the sample; gives how far off the sample was, in whole counts. With
- * a gain below 1/2 the low-pass stays inside int16, as the samples do (notes). */
-static inline int16_t follow(int32_t *low_q16, int16_t sample, int16_t gain_q16)
-{
-    const int32_t low = *low_q16;
-    const int16_t off = port_sub_sat_i16(sample, whole(low));
-
-    *low_q16 = port_mac_i16(low, gain_q16, off);
-    return off;
-}
-
-static bool refused(rest_t *rest, int16_t sample)
-{
-    if (sample != INT16_MAX && sample != INT16_MIN) { return false; }
-    fixed_count(&rest->rejected);
-    return true;
-}
-
-/* Both give whether the axis is still, and do the block's work. */
-
-static PORT_OUTLINE bool visit_acc(rest_t *rest, uint8_t axis, int16_t sample)
-{
-    const rest_config_t *config  = rest->config;
-    const bool           at_rest = (rest->flags & REST_AT_REST) != 0U;
-
-    if (refused(rest, sample)) { return false; }
-    const int16_t off = follow(&rest->low_q16[axis], sample, config->lowpass_q16);
-    if (!at_rest) { return !beyond(off, config->enter_acc_counts); }
-    if (beyond(off, config->leave_acc_counts)) { return false; }
-    if (rest->rounds == ROUND_WEIGHS) { weigh(rest, axis); }
-    return true;
-}
-
-static PORT_OUTLINE bool visit_gyro(rest_t *rest, uint8_t axis, int16_t sample)
-{
-    const rest_config_t *config  = rest->config;
-    int32_t             *low_q16 = &rest->low_q16[AXES + axis];
-
-    if (refused(rest, sample)) { return false; }
-    const int16_t off = follow(low_q16, sample, config->lowpass_q16);
-    if (beyond(whole(*low_q16), config->bias_max_counts)) { return false; }
-    if ((rest->flags & REST_AT_REST) == 0U) { return !beyond(off, config->enter_gyro_counts); }
-    if (beyond(off, config->leave_gyro_counts)) { return false; }
-    if (rest->rounds < REST_BLOCK_ROUNDS) {
-        const int16_t before   = rest->rounds == 0U ? 0 : rest->sum_counts[axis];
-        rest->sum_counts[axis] = (int16_t)(before + sample); /* |sample| <= GYRO_LIMIT_MAX + 1 */
-    }
-    return true;
-}
-
-/* Whether this visit showed no motion. */
-static bool visit_next(rest_t *rest, uint8_t visit, const int16_t gyro[3], const int16_t acc[3])
-{
-    if (visit >= AXES) { return visit_gyro(rest, (uint8_t)(visit - AXES), gyro[visit - AXES]); }
-    if (rest->rounds != ROUND_LEARNS || (rest->flags & REST_AT_REST) == 0U) {
-        return visit_acc(rest, visit, acc[visit]);
-    }
-    learn(rest, visit); /* in place of a look, so that no call costs both */
-    return true;
+    rest->rounds = 0U;
 }
 
 uint8_t rest_update(rest_t *rest, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3])
 {
-    const uint8_t visit = rest->visit;
+    const uint8_t visit  = rest->visit++;
+    const bool    learns = rest->rounds == ROUND_LEARNS && (rest->flags & REST_AT_REST) != 0U;
+    bool          still  = true;
 
-    rest->visit = visit == VISITS - 1U ? 0U : (uint8_t)(visit + 1U);
-    if (!visit_next(rest, visit, gyro_b_counts, acc_b_counts)) {
+    if (learns && visit == 0U) {
+        end_block(rest);
+    } else if (learns && visit >= AXES) {
+        learn(rest, visit);
+    } else if (!look(rest, visit,
+                     visit < AXES ? acc_b_counts[visit] : gyro_b_counts[visit - AXES])) {
         rest_interrupt(rest);
-    } else if (visit == VISITS - 1U) {
-        end_round(rest);
+        still = false;
+    }
+    if (visit == VISITS - 1U) {
+        rest->visit = 0U;
+        if (still) { end_round(rest); }
     }
     return rest->flags;
 }

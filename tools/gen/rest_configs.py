@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Renders the configurations and gains of rest.toml."""
+"""Renders the configurations of rest.toml."""
 
 from __future__ import annotations
 
 from terazi.design import rest
 from tools.gen.spec import Spec, c_comment_head
 
-UNSIGNED = ("still_rounds", "gain_len")
-UNSIGNED_LONG = ("gravity2_min", "gravity2_max")
+UNSIGNED = ("still_rounds", "gain_len", "gravity2_min", "gravity2_max")
 
 
 def header(spec: Spec) -> str:
@@ -26,39 +25,30 @@ def header(spec: Spec) -> str:
         ),
         "};",
         "",
-        "/* 1, 1/2, 1/3 ... in Q15: the mean of all blocks. ROM */",
-        "extern const uint16_t rest_gain_q15[REST_GAIN_LEN_MAX];",
-        "",
+        "/* ROM: to be copied. */",
         *(f"extern const rest_config_t rest_{rate['name']};" for rate in spec.content["rate"]),
     ]
     return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
 
 
-def _literal(field: str, value: int) -> str:
-    suffix = "U" if field in UNSIGNED else "UL" if field in UNSIGNED_LONG else ""
-    return f"    .{field} = {value}{suffix},"
+def _literal(field: str, value: int | list[list[int]]) -> str:
+    if isinstance(value, list):
+        rows = ", ".join(f"{{{', '.join(map(str, row))}}}" for row in value)
+        return f"    .{field} = {{{rows}}},"
+    return f"    .{field} = {value}{'U' if field in UNSIGNED else ''},"
 
 
 def source(spec: Spec) -> str:
     """Text of rest_configs.c."""
-    gains = rest.gains_q15()
-    lines = ['#include "rest_configs.h"', "", '#include "port_rom.h"', ""]
-    lines += [
-        "const uint16_t rest_gain_q15[REST_GAIN_LEN_MAX] PORT_ROM = {",
-        *(
-            "    " + " ".join(f"{gain}U," for gain in gains[at : at + 8])
-            for at in range(0, len(gains), 8)
-        ),
-        "};",
-    ]
+    lines = ['#include "rest_configs.h"', "", '#include "port_rom.h"']
     tables = {name: spec.content[name] for name in ("limits", "times", "sensor")}
     for rate in spec.content["rate"]:
         fields = rest.config(rate["rate_hz"], **tables)
         lines += [
             "",
             f"/* {rate['rate_hz']} Hz */",
-            f"const rest_config_t rest_{rate['name']} = {{",
-            *(_literal(name, value) for name, value in fields.items()),
+            f"const rest_config_t rest_{rate['name']} PORT_ROM = {{",
+            *(_literal(name, value) for name, value in rest.as_c(fields).items()),
             "};",
         ]
     return c_comment_head(spec) + "\n".join([*lines, ""])

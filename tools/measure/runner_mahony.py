@@ -33,7 +33,7 @@ def prepare_chain(axes: int) -> Callable[[AvrCore], None]:
 
     def prepare_axes(core: AvrCore) -> None:
         avr_mahony.mahony(core, design.named("286hz"), [STARTED], axes=axes)
-        avr_mahony.start_chain(core, STARTED)
+        avr_mahony.start_chain(core)
         avr_mahony.chain(core, [STARTED])
 
     return prepare_axes

@@ -77,7 +77,7 @@ def test_estimates_are_causal_and_of_unit_norm(trial):
 def test_estimate_is_the_modules_sample_by_sample(trial):
     quats = estimate(trial, mode=9)
     gyro, acc, mag = trial.gyro_b_counts, trial.acc_b_counts, trial.mag_b_counts
-    rest = Rest(rest_design.config_at(trial.rate_hz), gyro[0], acc[0])
+    rest = Rest(rest_design.config_at(trial.rate_hz))
     mahony = Mahony(mahony_design.config_at(trial.rate_hz))
     cals = [ImuCal() for _ in range(3)]
     for n in range(1500):

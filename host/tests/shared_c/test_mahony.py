@@ -237,7 +237,7 @@ def test_mahony_learns_the_bias_by_ki():
 def test_mahony_block_gives_what_single_calls_give_with_and_without_rest():
     gyro, acc = motion(1, 300)
     mag = np.tile(np.array([0, 2000, -4500], dtype=np.int16), (300, 1))
-    one, rest = Mahony("286hz"), Rest("286hz", gyro[0], acc[0])
+    one, rest = Mahony("286hz"), Rest("286hz")
     expected_quats = []
     for g, a, m in zip(gyro, acc, mag, strict=True):
         rest.update(g, a)

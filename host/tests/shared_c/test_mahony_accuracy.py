@@ -170,7 +170,7 @@ def test_mahony_keeps_to_the_model_on_recordings():
     for path in paths[::6]:
         data = np.load(path)
         gyro, acc = (np.ascontiguousarray(data[name], dtype=np.int16) for name in ("gyr", "acc"))
-        bias_q16, _ = Rest("286hz", gyro[0], acc[0]).block(gyro, acc)
+        bias_q16, _ = Rest("286hz").block(gyro, acc)
         quats = mahony_block(gyro, acc, config=CONFIG, bias_q16=bias_q16) / Q30
         truth = model.run(gyro, acc, CONFIG, bias_counts=bias_q16 / 65536)
         inclination, total = model.errors_deg(quats[::50], truth[::50])

@@ -9,6 +9,7 @@ import numpy as np
 
 from terazi.cshared._cshared import ffi, lib
 from terazi.cshared.state import CState
+from terazi.design import rest as rest_design
 
 REST_RATES = tuple(
     sorted(
@@ -133,29 +134,22 @@ class Rest(CState):
 
     config : name of a rate of rest.toml, or fields of rest_config_t, as
         terazi.design.rest.config_at makes them for any rate.
-    gyro_b_counts, acc_b_counts : the first sample.
     """
 
-    def __init__(
-        self,
-        config: str | Mapping[str, int],
-        gyro_b_counts: Sequence[int],
-        acc_b_counts: Sequence[int],
-    ):
+    def __init__(self, config: str | Mapping[str, int]):
         if isinstance(config, str):
             if config not in REST_RATES:
                 raise ValueError(f"no rate {config!r}; there are {', '.join(REST_RATES)}")
             self._config = ffi.addressof(lib, f"rest_{config}")
         else:
             try:
-                self._config = ffi.new("rest_config_t *", dict(config))
+                self._config = ffi.new("rest_config_t *", rest_design.as_c(config))
             except OverflowError as error:
                 raise ValueError(f"configuration of rest: {error}") from None
             if not lib.rest_is_lawful(self._config):
                 raise ValueError(f"configuration of rest is beyond rest.h: {dict(config)}")
         self._c = ffi.new("rest_t *")
-        first = [ffi.new("int16_t[3]", [int(e) for e in v]) for v in (gyro_b_counts, acc_b_counts)]
-        lib.rest_init(self._c, self._config, *first)
+        lib.rest_init(self._c, self._config)
 
     @property
     def c_state(self):

@@ -176,9 +176,7 @@ def mahony_block(
 ) -> np.ndarray:
     """Attitudes, (n, 4) int32 in Q30, of (n, 3) samples; the gyroscope's bias as Mahony.block or,
     with rest_config, learnt at rest."""
-    rest = None
-    if rest_config is not None and len(gyro_b_counts):
-        rest = Rest(rest_config, gyro_b_counts[0], acc_b_counts[0])
+    rest = None if rest_config is None else Rest(rest_config)
     return Mahony(config).block(
         gyro_b_counts, acc_b_counts, mag_b_counts, bias_q16=bias_q16, rest=rest
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from functools import cache
 
 from terazi.design.specs import CHECKOUT, INSTALLED
@@ -12,28 +13,38 @@ from terazi.design.specs import CHECKOUT, INSTALLED
 STANDARD_GRAVITY_M_S2 = 9.80665
 VISITS = 6  # samples a round: three axes of two sensors, rest.h
 BLOCK_ROUNDS = 16  # REST_BLOCK_ROUNDS: rounds that gather
-LEARN_ROUNDS = 2  # and those that weigh gravity and learn
-GAIN_LEN_MAX = 128
-ROUNDS_MAX = 255
+LEARN_ROUNDS = 1  # and one that learns
+GRAVITY_STEP_COUNTS = 256
+COUNT_MAX = 255  # of rounds, of blocks
 
 
 def timing(rate_hz: float, times: dict) -> dict[str, float]:
-    """Gain and lengths in visits and rounds of rest.toml's [times]; counts are whole already."""
+    """Gain and lengths in visits and rounds of rest.toml's [times]; counts are whole already.
+
+    The bias's gain is a power of two, so that its time constant is the nearest that there is.
+    """
     round_s = VISITS / rate_hz
+    blocks = times["bias_s"] / block_s(rate_hz)
     return {
         "lowpass_gain": round_s / times["lowpass_s"],
         "still_rounds": max(1, round(times["still_s"] / round_s)),
-        "gain_len": max(1, round(times["bias_s"] / (round_s * (BLOCK_ROUNDS + LEARN_ROUNDS)))),
+        "gain_len": 1 << max(0, round(math.log2(blocks))),
     }
 
 
+def block_s(rate_hz: float) -> float:
+    """How long it takes to learn once."""
+    return VISITS * (BLOCK_ROUNDS + LEARN_ROUNDS) / rate_hz
+
+
 def config(rate_hz: float, *, limits: dict, times: dict, sensor: dict) -> dict[str, int]:
-    """Fields of rest_config_t; limits, times and sensor are those tables of rest.toml.
+    """Fields of rest_config_t by name; limits, times and sensor are those tables of rest.toml.
 
     Raises ValueError where a field would not hold its contract.
     """
     gyro = sensor["gyro_counts_per_deg_s"]
     acc = sensor["acc_counts_per_g"] / STANDARD_GRAVITY_M_S2
+    steps = sensor["acc_counts_per_g"] / GRAVITY_STEP_COUNTS
     timed = timing(rate_hz, times)
     fields = {
         "enter_acc_counts": round(limits["enter_acc_m_s2"] * acc),
@@ -44,8 +55,8 @@ def config(rate_hz: float, *, limits: dict, times: dict, sensor: dict) -> dict[s
         "lowpass_q16": round(timed["lowpass_gain"] * 65536),
         "still_rounds": timed["still_rounds"],
         "gain_len": timed["gain_len"],
-        "gravity2_min": round((limits["gravity_min_g"] * sensor["acc_counts_per_g"]) ** 2),
-        "gravity2_max": round((limits["gravity_max_g"] * sensor["acc_counts_per_g"]) ** 2),
+        "gravity2_min": round((limits["gravity_min_g"] * steps) ** 2),
+        "gravity2_max": round((limits["gravity_max_g"] * steps) ** 2),
     }
     lawful = {
         "enter_acc_counts": 0 <= fields["enter_acc_counts"] <= fields["leave_acc_counts"],
@@ -54,9 +65,9 @@ def config(rate_hz: float, *, limits: dict, times: dict, sensor: dict) -> dict[s
         "bias_max_counts": fields["bias_max_counts"] >= 0
         and fields["leave_gyro_counts"] + fields["bias_max_counts"] <= 2046,
         "lowpass_q16": 1 <= fields["lowpass_q16"] <= 32767,
-        "still_rounds": fields["still_rounds"] <= ROUNDS_MAX,
-        "gain_len": fields["gain_len"] <= GAIN_LEN_MAX,
-        "gravity2_min": 0 <= fields["gravity2_min"] <= fields["gravity2_max"] < 1 << 32,
+        "still_rounds": fields["still_rounds"] <= COUNT_MAX,
+        "gain_len": fields["gain_len"] <= COUNT_MAX,
+        "gravity2_min": 0 <= fields["gravity2_min"] <= fields["gravity2_max"] < 1 << 16,
     }
     broken = [f"{name} {fields[name]}" for name, holds in lawful.items() if not holds]
     if broken or not math.isfinite(rate_hz):
@@ -64,14 +75,19 @@ def config(rate_hz: float, *, limits: dict, times: dict, sensor: dict) -> dict[s
     return fields
 
 
+def as_c(fields: Mapping[str, int]) -> dict:
+    """The fields as rest_config_t holds them: the limits as a table."""
+    rest = dict(fields)
+    limits = [
+        [rest.pop(f"{when}_{sensor}_counts") for when in ("enter", "leave")]
+        for sensor in ("acc", "gyro")
+    ]
+    return {"limit_counts": limits, **rest}
+
+
 def gain(block: int) -> float:
-    """Share of the bias that the block-th learnt one (from 1) takes: the mean of them all."""
-    return 1.0 / block
-
-
-def gains_q15() -> list[int]:
-    """All gains that the C has."""
-    return [round(gain(block) * 32768) for block in range(1, GAIN_LEN_MAX + 1)]
+    """Share of the bias that the block-th learnt one (from 1) takes, nearly the mean of all."""
+    return 2.0 ** -math.floor(math.log2(block))
 
 
 @cache

@@ -67,13 +67,11 @@ def imu_cal_turn(orientation: int, vector: Vector) -> tuple[int, ...]:
 
 
 class Rest:
-    """rest.h; `config` has the fields of rest_config_t, gains_q15 the table."""
+    """rest.h; `config` has the fields of rest_config_t."""
 
-    def __init__(
-        self, config: Mapping[str, int], gains_q15: Sequence[int], gyro: Vector, acc: Vector
-    ) -> None:
-        self.config, self.gains_q15 = config, gains_q15
-        self.low_q16 = [value << 16 for value in (*acc, *gyro)]
+    def __init__(self, config: Mapping[str, int]) -> None:
+        self.config = config
+        self.low_q16 = [0] * 6
         self.bias_q16 = [0, 0, 0]
         self.sums = [0, 0, 0]
         self.samples = 0
@@ -90,9 +88,11 @@ class Rest:
         """One sample; gives the flags."""
         visit = self.samples % 6
         self.samples += 1
-        learning_visit = self.at_rest and self.rounds == BLOCK_ROUNDS + 1 and visit < 3
-        if learning_visit:
-            self._learn(visit)
+        learning_round = self.at_rest and self.rounds == BLOCK_ROUNDS
+        if learning_round and visit == 0:
+            self._end_block()
+        elif learning_round and visit >= 3:
+            self._learn(visit - 3)
         elif not self._is_still(visit, (*acc, *gyro)[visit]):
             self.interrupt()
             return self.flags
@@ -113,11 +113,11 @@ class Rest:
             return False
         sensor = "acc" if visit < 3 else "gyro"
         off = sample - (self.low_q16[visit] >> 16)
-        off = min(max(off, INT16_MIN), INT16_MAX)
+        if abs(off) > self.config[f"{'leave' if self.at_rest else 'enter'}_{sensor}_counts"]:
+            self.low_q16[visit] = sample << 16
+            return False
         self.low_q16[visit] += self.config["lowpass_q16"] * off
-        limit = self.config[f"{'leave' if self.at_rest else 'enter'}_{sensor}_counts"]
-        turning = visit >= 3 and abs(self.low_q16[visit] >> 16) > self.config["bias_max_counts"]
-        return abs(off) <= limit and not turning
+        return visit < 3 or abs(self.low_q16[visit] >> 16) <= self.config["bias_max_counts"]
 
     def _gather(self, axis: int, sample: int) -> None:
         if self.rounds < BLOCK_ROUNDS:
@@ -125,8 +125,15 @@ class Rest:
 
     def _learn(self, axis: int) -> None:
         mean_q16 = self.sums[axis] * (65536 // BLOCK_ROUNDS)
-        gain_q15 = self.gains_q15[self.blocks - 1]
-        self.bias_q16[axis] += rounded_shift((mean_q16 - self.bias_q16[axis]) * gain_q15, 15)
+        self.bias_q16[axis] += (mean_q16 - self.bias_q16[axis]) >> self.blocks.bit_length() - 1
+
+    def _end_block(self) -> None:
+        square = sum(rounded_shift(low >> 16, 8) ** 2 for low in self.low_q16[:3])
+        if self.config["gravity2_min"] <= square <= self.config["gravity2_max"]:
+            self.blocks = min(self.blocks + 1, self.config["gain_len"])
+        else:
+            self.implausible = min(self.implausible + 1, COUNTER_MAX)
+            self.rounds = 0
 
     def _end_round(self) -> None:
         ended, self.rounds = self.rounds, self.rounds + 1
@@ -134,11 +141,4 @@ class Rest:
             if self.rounds == self.config["still_rounds"]:
                 self.at_rest, self.rounds = True, 0
         elif ended == BLOCK_ROUNDS:
-            square = sum((low >> 16) ** 2 for low in self.low_q16[:3])
-            if self.config["gravity2_min"] <= square <= self.config["gravity2_max"]:
-                self.blocks = min(self.blocks + 1, self.config["gain_len"])
-            else:
-                self.implausible = min(self.implausible + 1, COUNTER_MAX)
-                self.rounds = 0
-        elif ended == BLOCK_ROUNDS + 1:
             self.bias_known, self.rounds = True, 0

@@ -11,7 +11,7 @@ from terazi.design import rest as design
 
 STANDARD_GRAVITY_M_S2 = design.STANDARD_GRAVITY_M_S2
 BIAS_STEP_COUNTS = 2.0**-16
-GAIN_STEP = 2.0**-15
+GRAVITY_BUDGET_COUNTS = np.sqrt(3) * design.GRAVITY_STEP_COUNTS / 2
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,10 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
     changed : keys of rest.toml with another value.
     Returns a RestResult.
 
-    The low-passes and limits are not rounded. The C compares whole counts of its low-passes, so
-    that it may decide otherwise where `margin` is below 2 counts; else the bias lies within
-    budget_rad_s, shared_c/notes/rest.md.
+    The low-passes and limits are not rounded. The C compares whole counts of its low-passes, and
+    gravity in steps of 256 (margin counts what is left of their error), so that it may decide
+    otherwise where `margin` is below 2 counts; else the bias lies within budget_rad_s,
+    shared_c/notes/rest.md.
     """
     tables = {**design.spec()["limits"], **design.spec()["times"], **changed}
     sensor = {**design.spec()["sensor"], **changed}
@@ -54,7 +55,7 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
     samples = np.hstack([acc_b_m_s2, gyro_b_rad_s])
     count = len(samples)
 
-    low, bias, block = samples[0].copy(), np.zeros(3), np.zeros(3)
+    low, bias, block = np.zeros(6), np.zeros(3), np.zeros(3)
     flags, biases = np.zeros(count, dtype=bool), np.zeros((count, 3))
     at_rest, rounds, blocks, rejected, implausible = False, 0, 0, 0, 0
     margin, budget = np.inf, np.zeros(3)
@@ -63,24 +64,32 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
         sensor_at = visit // 3
         per = (acc_scale, scale)[sensor_at]
         value, still = samples[n, visit], True
-        if at_rest and rounds == design.BLOCK_ROUNDS + 1 and visit < 3:
-            step = block[visit] / design.BLOCK_ROUNDS - bias[visit]
-            gain = design.gain(blocks)
-            bias[visit] += gain * step
-            budget[visit] = (1 - gain) * budget[visit] + BIAS_STEP_COUNTS / 2
-            budget[visit] += GAIN_STEP / 2 * abs(step) * scale
+        learns = at_rest and rounds == design.BLOCK_ROUNDS
+        if learns and visit == 0:
+            feels = np.linalg.norm(low[:3])
+            far = min(abs(feels - limit) * acc_scale for limit in gravity)
+            margin = min(margin, far - GRAVITY_BUDGET_COUNTS)
+            if gravity[0] <= feels <= gravity[1]:
+                blocks = min(blocks + 1, timed["gain_len"])
+            else:
+                implausible += 1
+                rounds = 0
+        elif learns and visit >= 3:
+            axis, gain = visit - 3, design.gain(blocks)
+            bias[axis] += gain * (block[axis] / design.BLOCK_ROUNDS - bias[axis])
+            budget[axis] = (1 - gain) * budget[axis] + BIAS_STEP_COUNTS
         elif not np.isfinite(value) or abs(value) > rails[sensor_at]:
             rejected += 1
             still = False
         else:
             off = value - low[visit]
-            low[visit] += timed["lowpass_gain"] * off
             limit = limits["leave" if at_rest else "enter"][sensor_at]
             margin = min(margin, abs(abs(off) - limit) * per)
             still = abs(off) <= limit
-            if sensor_at == 1:
+            low[visit] = low[visit] + timed["lowpass_gain"] * off if still else value
+            if still and sensor_at == 1:
                 margin = min(margin, abs(abs(low[visit]) - bias_max) * per)
-                still = still and abs(low[visit]) <= bias_max
+                still = abs(low[visit]) <= bias_max
                 if still and at_rest and rounds < design.BLOCK_ROUNDS:
                     block[visit - 3] = value + (block[visit - 3] if rounds else 0.0)
         if not still:
@@ -91,14 +100,6 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
                 if rounds == timed["still_rounds"]:
                     at_rest, rounds = True, 0
             elif rounds == design.BLOCK_ROUNDS + 1:
-                feels = np.linalg.norm(low[:3])
-                margin = min(margin, *(abs(feels - limit) * acc_scale for limit in gravity))
-                if gravity[0] <= feels <= gravity[1]:
-                    blocks = min(blocks + 1, timed["gain_len"])
-                else:
-                    implausible += 1
-                    rounds = 0
-            elif rounds == design.BLOCK_ROUNDS + 2:
                 rounds = 0
         flags[n], biases[n] = at_rest, bias
     return RestResult(

@@ -61,7 +61,7 @@ class Chain:
     ) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) samples, calibrated, in the board's axes; gives quaternions and flags."""
         if self._rest is None:
-            self._rest = Rest(self._rate, gyro[0], acc[0])
+            self._rest = Rest(self._rate)
         bias_q16, rested = self._rest.block(gyro, acc)
         quats_q30 = self._mahony.block(gyro, acc, fields, bias_q16=bias_q16)
         flags = np.where(rested & AT_REST, int(AttitudeFlag.REST), 0)

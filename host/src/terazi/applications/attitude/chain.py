@@ -34,7 +34,7 @@ def estimate(
     if mode not in MODES or filter not in FILTERS:
         raise ValueError(f"mode is one of {MODES}, filter one of {FILTERS}")
     gyro, acc = ImuCal().block(trial.gyro_b_counts), ImuCal().block(trial.acc_b_counts)
-    still = Rest(rest_design.config_at(trial.rate_hz, **(rest or {})), gyro[0], acc[0])
+    still = Rest(rest_design.config_at(trial.rate_hz, **(rest or {})))
     turned = Mahony(mahony_design.config_at(trial.rate_hz, filter, **(mahony or {})))
     mag = ImuCal().block(trial.mag_b_counts) if mode == 9 else None
     return turned.block(gyro, acc, mag, rest=still) / Q30

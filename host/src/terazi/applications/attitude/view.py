@@ -212,8 +212,8 @@ def _through_chain(record, gyro, acc, mag, mode: int, counts_ut: float, notes: l
     changed = {} if counts_ut == MAG_COUNTS_PER_UT else {"mag_counts_per_ut": counts_ut}
     filtered = Mahony(mahony_design.config_at(rate_hz, **changed))
     fields = mag if mode == 9 else None
-    quats_q30 = filtered.block(gyro, acc, fields, rest=Rest(rest_config, gyro[0], acc[0]))
-    bias_q16, bits = Rest(rest_config, gyro[0], acc[0]).block(gyro, acc)
+    quats_q30 = filtered.block(gyro, acc, fields, rest=Rest(rest_config))
+    bias_q16, bits = Rest(rest_config).block(gyro, acc)
     still = Zupt(zupt_design.config_at(DETECTOR, rate_hz)).block(gyro, acc)
     quats = rotation.unit(quats_q30)
     view = View(

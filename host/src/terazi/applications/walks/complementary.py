@@ -50,7 +50,7 @@ def attitudes(walk: Walk, still: np.ndarray, settings: ComplementarySettings) ->
     acc = _counts(walk.acc_b_m_s2, ACC_COUNTS_PER_M_S2)
     rest = None
     if settings.bias == "rest":
-        rest = Rest(rest_design.config_at(walk.rate_hz), gyro[0], acc[0])
+        rest = Rest(rest_design.config_at(walk.rate_hz))
     mahony = Mahony(mahony_design.config_at(walk.rate_hz, settings.mode))
     quats = mahony.block(gyro, acc, rest=rest).astype(np.float64)
     return quats / np.linalg.norm(quats, axis=1, keepdims=True)
