@@ -73,11 +73,19 @@ _Static_assert(sizeof(messages_point_t) - sizeof(messages_calibrate_known_t) ==
 
 _Static_assert(sizeof(messages_setting_t) == MESSAGES_SET_SETTING_LEN, "SET_SETTING is a SETTING");
 
-static frame_decoder_t decoder;
+/* Of no frame more is kept than a payload that fits. */
+enum { KEPT = FRAME_HEADER_LEN + sizeof(fields_t) };
+
+static uint8_t decoder_bytes[offsetof(frame_decoder_t, body) + KEPT];
+
+static frame_decoder_t *the_decoder(void)
+{
+    return (frame_decoder_t *)decoder_bytes;
+}
 
 void command_init(void)
 {
-    frame_decoder_init(&decoder);
+    frame_decoder_init(the_decoder(), KEPT);
     words_init();
 }
 
@@ -192,7 +200,7 @@ static void run_frame(void)
     frame_t  frame;
     fields_t fields;
 
-    frame_decoder_read(&decoder, &frame);
+    frame_decoder_read(the_decoder(), &frame);
     const uint8_t result = run(frame.id, frame.payload, frame.payload_len, &fields);
     command_acknowledge(frame.id, frame.sequence, result);
     if (result != MESSAGES_RESULT_OK) { return; }
@@ -212,7 +220,7 @@ static void run_frame(void)
 
 void command_receive(uint8_t byte)
 {
-    switch (frame_decoder_push(&decoder, byte)) {
+    switch (frame_decoder_push(the_decoder(), byte)) {
     case FRAME_READY: run_frame(); break;
     case FRAME_PENDING: break;
     case FRAME_BAD_COBS:
@@ -220,5 +228,5 @@ void command_receive(uint8_t byte)
     case FRAME_BAD_CRC:
     default: telemetry_count_bad_rx(); break;
     }
-    if (words_receive(byte)) { frame_decoder_init(&decoder); }
+    if (words_receive(byte)) { frame_decoder_init(the_decoder(), KEPT); }
 }

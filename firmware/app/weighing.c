@@ -41,6 +41,13 @@ _Static_assert((int)SCALE_STABLE == (int)MESSAGES_WEIGHT_FLAG_STABLE &&
                    (int)SCALE_FROZEN == (int)MESSAGES_WEIGHT_FLAG_FROZEN,
                "weight_flag in messages.toml");
 
+typedef struct {
+    uint32_t previous_us;
+    uint16_t missed_total; /* modulo 65536, unlike the counter */
+    bool     has_beat;     /* previous_us is of the conversion just before */
+    bool     gap;          /* conversions are missing before the next sample */
+} beat_t;
+
 /* A window has room for twice the taps of this design, so long as its configuration is a copy: the
  * rest of it serves for what else there is (fir.h, Two ways). */
 typedef struct {
@@ -49,6 +56,11 @@ typedef struct {
     faults_t             faults;
     temperature_t        temperature;
     rate_t               rate;
+    beat_t               beat;
+    weighing_counters_t  counters;
+    uint8_t              ringing;    /* while not 0, noise may be a product's */
+    bool                 is_missing; /* the thermometer does not answer */
+    bool                 primed;     /* the filters hold a run of samples */
 } rest_t;
 
 static union {
@@ -64,20 +76,7 @@ scale_t                     weighing_scale;
 weighing_beside_t           weighing_beside;
 bool                        weighing_calibrating;
 int32_t                     weighing_last_counts_q7;
-static checkweigher_event_t product;    /* what the last sample meant to the checkweigher */
-static uint8_t              ringing;    /* while not 0, noise may be a product's */
-static bool                 is_missing; /* the thermometer does not answer */
-static weighing_counters_t  counters;
-static bool                 primed; /* the filters hold a run of samples */
-
-typedef struct {
-    uint32_t previous_us;
-    uint16_t missed_total; /* modulo 65536, unlike the counter */
-    bool     has_beat;     /* previous_us is of the conversion just before */
-    bool     gap;          /* conversions are missing before the next sample */
-} beat_t;
-
-static beat_t beat;
+static checkweigher_event_t product; /* what the last sample meant to the checkweigher */
 
 /* No weight until what comes now has settled. */
 static COMPACT void distrust(void)
@@ -88,7 +87,7 @@ static COMPACT void distrust(void)
 /* What follows is not connected with what was: the next conversion starts the filters anew. */
 static COMPACT void restart(void)
 {
-    primed = false;
+    shared.rest.primed = false;
     distrust();
 }
 
@@ -153,18 +152,18 @@ COMPACT bool weighing_setup_key(uint8_t key)
 /* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */
 static COMPACT bool take_time(uint32_t device_us)
 {
-    const uint32_t interval_us = device_us - beat.previous_us;
-    const bool     had_beat    = beat.has_beat;
+    const uint32_t interval_us = device_us - shared.rest.beat.previous_us;
+    const bool     had_beat    = shared.rest.beat.has_beat;
 
-    beat.previous_us = device_us;
-    beat.has_beat    = true;
+    shared.rest.beat.previous_us = device_us;
+    shared.rest.beat.has_beat    = true;
     if (!had_beat) { return true; }
     uint8_t       missed;
     const uint8_t taken = rate_take(&shared.rest.rate, interval_us, &missed);
     if (missed != 0U) {
-        counter_add(&counters.conversions_missed, missed);
-        beat.missed_total = (uint16_t)(beat.missed_total + missed);
-        beat.gap          = true;
+        counter_add(&shared.rest.counters.conversions_missed, missed);
+        shared.rest.beat.missed_total = (uint16_t)(shared.rest.beat.missed_total + missed);
+        shared.rest.beat.gap          = true;
     }
     if ((taken & RATE_CHANGED) != 0U) { hx711_set_period_8us(rate_period_8us(&shared.rest.rate)); }
     return (taken & RATE_IS_NEXT) != 0U;
@@ -179,12 +178,12 @@ static COMPACT void gather(uint16_t *total, uint16_t *clipped)
 
 static COMPACT int32_t run_fir(int32_t counts)
 {
-    if (!primed) {
+    if (!shared.rest.primed) {
         design = fir_lowpass32;
         fir_init(&shared.fir, &design, counts);
     }
     const int32_t filtered = fir_update(&shared.fir, counts);
-    gather(&counters.fir_clipped, &shared.fir.clipped);
+    gather(&shared.rest.counters.fir_clipped, &shared.fir.clipped);
     return filtered;
 }
 
@@ -193,15 +192,15 @@ static COMPACT int32_t run_kf(int32_t counts)
     PORT_SAVE_BY_CALL();
     weight_kf_adaptive_t *const kf = PORT_REACH(&shared.rest.kf);
 
-    if (!primed) { weight_kf_adaptive_init(kf, &weight_kf_adaptive_default, counts); }
+    if (!shared.rest.primed) { weight_kf_adaptive_init(kf, &weight_kf_adaptive_default, counts); }
     weight_kf_adaptive_update(kf, counts);
-    gather(&counters.kf_clipped, &kf->clipped);
+    gather(&shared.rest.counters.kf_clipped, &kf->clipped);
     return kf->estimate_counts_q7;
 }
 
 static void filter(messages_sample_t *sample)
 {
-    if (!primed) { chain_order = setup.chain_order; }
+    if (!shared.rest.primed) { chain_order = setup.chain_order; }
     if (chain_order == MESSAGES_CHAIN_ORDER_FIR_KF) {
         sample->fir_counts      = run_fir(sample->raw_counts);
         sample->kf_counts_q7    = run_kf(sample->fir_counts);
@@ -212,20 +211,20 @@ static void filter(messages_sample_t *sample)
         sample->fir_counts      = run_fir(port_from_q7(sample->kf_counts_q7));
         weighing_last_counts_q7 = port_to_q7(sample->fir_counts);
     }
-    primed = true;
+    shared.rest.primed = true;
 }
 
 static uint8_t sample_flags(void)
 {
     uint8_t flags = 0;
 
-    if (beat.gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
-    beat.gap = false;
+    if (shared.rest.beat.gap) { flags = MESSAGES_SAMPLE_FLAG_GAP; }
+    shared.rest.beat.gap = false;
     if (!shared.rest.faults.in_run) { /* then faults has seen it at a rail */
         flags |= MESSAGES_SAMPLE_FLAG_AT_RAIL;
-        counter_add(&counters.at_rail, 1);
+        counter_add(&shared.rest.counters.at_rail, 1);
     }
-    if (!primed) { flags |= MESSAGES_SAMPLE_FLAG_RESTARTED; }
+    if (!shared.rest.primed) { flags |= MESSAGES_SAMPLE_FLAG_RESTARTED; }
     return flags;
 }
 
@@ -236,11 +235,11 @@ static uint8_t faults_to_tell(void)
     const uint8_t held = shared.rest.faults.held;
 
     if (!weighing_calibrating && weighing_beside.checkweigher.loaded) {
-        ringing = RINGING;
-    } else if (ringing != 0U && (held & FAULTS_NOISE) == 0U) {
-        ringing--;
+        shared.rest.ringing = RINGING;
+    } else if (shared.rest.ringing != 0U && (held & FAULTS_NOISE) == 0U) {
+        shared.rest.ringing--;
     }
-    return ringing != 0U ? held & (uint8_t)~FAULTS_NOISE : held;
+    return shared.rest.ringing != 0U ? held & (uint8_t)~FAULTS_NOISE : held;
 }
 
 COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
@@ -250,7 +249,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
     faults_event_t event     = (faults_event_t)status;
 
     if (status > HX711_DROPPED) { /* there was no conversion */
-        beat.has_beat = false;
+        shared.rest.beat.has_beat = false;
     } else if (!take_time(device_us)) {
         hx711_distrust();
         event = FAULTS_EVENT_OFF_BEAT;
@@ -265,7 +264,7 @@ COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
         return false;
     }
 
-    sample->conversion = (uint16_t)(hx711_counters()->conversions + beat.missed_total);
+    sample->conversion = (uint16_t)(hx711_counters()->conversions + shared.rest.beat.missed_total);
     sample->flags      = sample_flags();
     sample->raw_counts = temperature_correct(&shared.rest.temperature, conversion->counts);
     filter(sample);
@@ -327,19 +326,20 @@ void weighing_show(messages_weight_t *weight)
     weight->pieces       = scale_pieces(&weighing_scale);
     weight->calibrating  = weighing_calibrating ? (uint8_t)(weighing_beside.calibration.count + 1U)
                                                 : 0U;
-    weight->temperature_centi = shared.rest.temperature.known && !is_missing
+    weight->temperature_centi = shared.rest.temperature.known && !shared.rest.is_missing
                                     ? temperature_centi(&shared.rest.temperature)
                                     : INT32_MIN;
 }
 
 static void note_thermometer(void)
 {
-    health_note_one(MESSAGES_FAULT_FLAG_THERMOMETER, is_missing && setup.temperature.on != 0U);
+    health_note_one(MESSAGES_FAULT_FLAG_THERMOMETER,
+                    shared.rest.is_missing && setup.temperature.on != 0U);
 }
 
 bool weighing_awaits_temperature(void)
 {
-    return setup.temperature.on != 0U && !shared.rest.temperature.known && !is_missing;
+    return setup.temperature.on != 0U && !shared.rest.temperature.known && !shared.rest.is_missing;
 }
 
 COMPACT void weighing_temperature(int16_t centi)
@@ -347,20 +347,20 @@ COMPACT void weighing_temperature(int16_t centi)
     if (!shared.rest.temperature.known && setup.temperature.on != 0U) {
         restart();
     } /* all counts move */
-    is_missing = false;
+    shared.rest.is_missing = false;
     temperature_update(&shared.rest.temperature, centi);
     note_thermometer();
 }
 
 void weighing_no_temperature(void)
 {
-    is_missing = true;
+    shared.rest.is_missing = true;
     note_thermometer();
 }
 
 const weighing_counters_t *weighing_counters(void)
 {
-    return &counters;
+    return &shared.rest.counters;
 }
 
 uint32_t weighing_rate_hz_q16(void)

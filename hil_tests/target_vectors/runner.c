@@ -127,7 +127,7 @@ uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)
         return 4;
     case OP_CRC: return put_u16(buffer, frame_crc16(buffer, len));
     case OP_ENCODE: return encode(buffer, len);
-    case OP_DECODE_INIT: frame_decoder_init(&decoder); return 0;
+    case OP_DECODE_INIT: frame_decoder_init(&decoder, FRAME_BODY_MAX); return 0;
     case OP_DECODE:
         for (uint8_t i = 0; i < len; i++) {
             buffer[i] = (uint8_t)frame_decoder_push(&decoder, buffer[i]);

@@ -38,10 +38,12 @@ typedef enum {
 } frame_status_t;
 
 typedef struct {
-    uint8_t body[FRAME_BODY_MAX]; /* decoded so far */
-    uint8_t body_len;             /* 0..FRAME_BODY_MAX */
-    uint8_t block_left;           /* bytes until the next COBS code byte; 0: expects one */
-    uint8_t flags;                /* see frame.c */
+    uint16_t crc;                  /* of the body so far */
+    uint8_t  keeps;                /* bytes of a body */
+    uint8_t  body_len;             /* decoded so far, 0..FRAME_BODY_MAX */
+    uint8_t  block_left;           /* bytes until the next COBS code byte; 0: expects one */
+    uint8_t  flags;                /* see frame.c */
+    uint8_t  body[FRAME_BODY_MAX]; /* its first bytes, so many as are kept */
 } frame_decoder_t;
 
 /* Write the frame's bytes, at most FRAME_WIRE_MAX, delimiter included, into a ring of 256 from
@@ -49,7 +51,9 @@ typedef struct {
  * is the frame's length. payload_len beyond FRAME_PAYLOAD_MAX is a wiring mistake (assert). */
 uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *frame);
 
-void           frame_decoder_init(frame_decoder_t *decoder);
+/* To keep the first `keeps` bytes of a body, FRAME_HEADER_LEN at least: behind them the decoder may
+ * end. What is longer is judged all the same, and its payload cut off. */
+void           frame_decoder_init(frame_decoder_t *decoder, uint8_t keeps);
 frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte);
 
 /* The frame that the last push completed. Its payload lies in decoder->body: use it before the

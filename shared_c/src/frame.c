@@ -58,8 +58,9 @@ PORT_OUTLINE uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *fra
     return at;
 }
 
-void frame_decoder_init(frame_decoder_t *decoder)
+void frame_decoder_init(frame_decoder_t *decoder, uint8_t keeps)
 {
+    decoder->keeps      = keeps;
     decoder->body_len   = 0U;
     decoder->block_left = 0U;
     decoder->flags      = 0U;
@@ -67,8 +68,12 @@ void frame_decoder_init(frame_decoder_t *decoder)
 
 static void take(frame_decoder_t *decoder, uint8_t byte)
 {
-    if (decoder->body_len < FRAME_BODY_MAX) {
-        decoder->body[decoder->body_len++] = byte;
+    const uint8_t at = decoder->body_len;
+
+    decoder->crc = port_crc16(decoder->crc, byte);
+    if (at < decoder->keeps) { decoder->body[at] = byte; }
+    if (at < FRAME_BODY_MAX) {
+        decoder->body_len = (uint8_t)(at + 1U);
     } else {
         decoder->flags |= FLAG_LONG;
     }
@@ -82,7 +87,7 @@ static frame_status_t judge(const frame_decoder_t *decoder)
         return FRAME_BAD_LEN;
     }
     /* The CRC of bytes followed by their own CRC, low byte first, is 0. */
-    return frame_crc16(decoder->body, decoder->body_len) == 0U ? FRAME_READY : FRAME_BAD_CRC;
+    return decoder->crc == 0U ? FRAME_READY : FRAME_BAD_CRC;
 }
 
 frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte)
@@ -97,6 +102,7 @@ frame_status_t frame_decoder_push(frame_decoder_t *decoder, uint8_t byte)
     }
     if ((decoder->flags & FLAG_STARTED) == 0U) {
         decoder->body_len = 0U;
+        decoder->crc      = PORT_CRC16_START;
         decoder->flags    = FLAG_STARTED;
     }
     if (decoder->block_left != 0U) {

@@ -32,7 +32,7 @@ def vector(name: str):
 def statuses(stream: bytes) -> list[int]:
     """What the C decoder says after each byte."""
     decoder = ffi.new("frame_decoder_t *")
-    lib.frame_decoder_init(decoder)
+    lib.frame_decoder_init(decoder, lib.FRAME_BODY_MAX)
     return [lib.frame_decoder_push(decoder, byte) for byte in stream]
 
 
@@ -45,7 +45,7 @@ def test_frame_decoder_takes_the_published_cobs_example_apart():
     table = vector("frame_published_cobs")
     for body, coded in zip(table["body_hex"], table["coded_hex"], strict=True):
         decoder = ffi.new("frame_decoder_t *")
-        lib.frame_decoder_init(decoder)
+        lib.frame_decoder_init(decoder, lib.FRAME_BODY_MAX)
         for byte in coded + b"\0":
             lib.frame_decoder_push(decoder, byte)
         assert bytes(decoder.body)[: decoder.body_len] == body
@@ -114,6 +114,20 @@ def test_frame_decoder_survives_any_bytes_and_judges_them_as_the_twin_does(strea
     assert decoder.bad_cobs == said.count("bad_cobs")
     assert decoder.bad_len == said.count("bad_len")
     assert decoder.bad_crc == said.count("bad_crc")
+
+
+@given(stream=noise, sent=st.lists(frames, max_size=3), keeps=st.integers(6, 56))
+def test_frame_decoder_that_keeps_less_judges_the_same_and_writes_no_further(stream, sent, keeps):
+    whole, short = ffi.new("frame_decoder_t *"), ffi.new("frame_decoder_t *")
+    lib.frame_decoder_init(whole, lib.FRAME_BODY_MAX)
+    lib.frame_decoder_init(short, keeps)
+    ffi.buffer(short.body)[:] = b"\xa5" * lib.FRAME_BODY_MAX
+    for byte in stream + b"\0" + b"".join(map(wire_of, sent)):
+        assert lib.frame_decoder_push(short, byte) == lib.frame_decoder_push(whole, byte)
+        assert short.body_len == whole.body_len
+        kept = min(keeps, whole.body_len)
+        assert bytes(short.body)[:kept] == bytes(whole.body)[:kept]
+        assert bytes(short.body)[keeps:] == b"\xa5" * (lib.FRAME_BODY_MAX - keeps)
 
 
 @given(stream=noise)

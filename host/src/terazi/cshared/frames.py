@@ -50,7 +50,7 @@ class FrameDecoder:
 
     def __init__(self):
         self._c = ffi.new("frame_decoder_t *")
-        lib.frame_decoder_init(self._c)
+        lib.frame_decoder_init(self._c, lib.FRAME_BODY_MAX)
         self.bad_cobs = 0
         self.bad_len = 0
         self.bad_crc = 0
