@@ -8,7 +8,8 @@
  *
  * Products are 16 x 16 bits signed, of two pairs in r16..r23, where MULSU wants them; sums are 32
  * bits.  T tells which axis is averaged, and then which half of the quaternion is turned.
- * Time: the same for all data but for rates that saturate and a few cycles by the axis.
+ * What waits or stays: r10..r13 pointers to gyr and bias, then loss and a; r8, r9 for the flags.
+ * Time: the same for all data but for a few cycles by the axis and where a value is limited.
  */
 
 /* Offsets in mahony_step_t; mahony.c asserts that they are these. */
@@ -285,7 +286,7 @@ each_turn:
         fetch   TURN_RES-RATE, r2, r3
         ld      r19, -Z
         ld      r18, -Z
-        product_onto SUM0, PAIR0, PAIR3, mul
+        product_onto SUM0, PAIR0, PAIR3
         accumulate r6, r7, SUM0, PAIR1, PAIR2
         std     Y+TURN_RES-RATE, r2
         std     Y+TURN_RES-RATE+1, r3
