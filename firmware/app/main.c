@@ -62,6 +62,9 @@ static void measure_temperature(uint32_t now_us)
     }
 }
 
+/* It never returns: there is nothing to save for who called it. */
+int main(void) __attribute__((OS_main));
+
 int main(void)
 {
     lamp_init();
