@@ -48,6 +48,15 @@ def test_board_is_asked_then_written_then_asked_again(play, image, state):
     assert done.log.read_text().endswith(DONE)
 
 
+@pytest.mark.parametrize("baud", [500_000, 1_000_000])
+def test_board_is_found_at_the_rate_that_it_was_set_to(play, image, baud):
+    play(f"say({DONE!r})")
+    with FakeDevice(baud=baud) as device:
+        done = flasher.flash(device.path, image)
+    assert isinstance(done.before, Hello)
+    assert isinstance(done.after, Hello)
+
+
 def test_board_is_not_asked_again_when_it_could_not_be_written(play, image):
     play("sys.exit(1)")
     with FakeDevice() as device, pytest.raises(FlashFailed):

@@ -122,8 +122,9 @@ def test_no_table_of_an_imu_where_there_is_none(path, tmp_path):
 
 def test_recording_of_a_board_without_a_scale_is_read_where_its_imu_will_do(path):
     CaptureMaker(path).hello().imu(FakeImu(), 50).end()
-    with pytest.raises(CannotRead, match="holds no samples"):
+    with pytest.raises(CannotRead, match="holds no samples") as refused:
         load_recording(path)
+    assert "terazi attitude FILE" in refused.value.remedy
     assert len(load_recording(path, needs_samples=False).inertial.imu["sample"]) == 10
 
 

@@ -31,7 +31,8 @@ WORDS = {
     ),
     FaultFlag.TELEMETRY_LOST: (
         "not all that was measured could be sent",
-        "Weighing is not concerned. Ask for fewer messages, or use 115200 baud.",
+        "Weighing is not concerned. Ask for fewer messages, or for a faster line: "
+        "`terazi set uart.baud=500000`.",
     ),
     FaultFlag.SETTINGS_LOST: (
         "the EEPROM held no valid settings: these are the factory's",
@@ -42,12 +43,14 @@ WORDS = {
         "Check the MPU6050's wires: SDA at A4, SCL at A5; or switch compensation off.",
     ),
     FaultFlag.IMU_LOST: (
-        "the MPU6050 was there and does not answer any more",
-        "Weighing is not concerned. Check its wires: SDA at A4, SCL at A5, and its supply.",
+        "the MPU-6050 was there and does not answer any more",
+        "Weighing is not concerned. Check its wires: SDA at A4, SCL at A5, and its supply; "
+        "attitude comes back by itself.",
     ),
     FaultFlag.ASKEW: (
         "the platform stands askew: it weighs too little",
-        "Level its feet, or allow more: `terazi set imu.tilt_limit_mrad`.",
+        "Level its feet: `terazi info` tells the tilt. Where the IMU itself sits askew, allow "
+        "more: `terazi set imu.tilt_limit_mrad=50`; 0 asks for nothing.",
     ),
 }
 

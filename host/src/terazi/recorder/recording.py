@@ -89,5 +89,8 @@ def load_recording(path: Path, *, needs_samples: bool = True) -> Recording:
     if not recording.of_kind(Hello):
         raise CannotRead(f"{path} holds no HELLO: nothing says what its numbers mean")
     if not len(recording) and (needs_samples or not len(recording.inertial)):
-        raise CannotRead(f"{path} holds no samples")
+        remedy = (
+            "`terazi attitude FILE` shows what its IMU told." if len(recording.inertial) else ""
+        )
+        raise CannotRead(f"{path} holds no samples", remedy=remedy)
     return recording
