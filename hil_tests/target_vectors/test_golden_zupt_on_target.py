@@ -26,8 +26,8 @@ def test_zupt_reproduces_vector_bit_for_bit_on_avr(avr, vector):
 @pytest.mark.parametrize("rate", design.spec()["rate"], ids=lambda rate: rate["name"])
 @pytest.mark.parametrize("name", design.detectors())
 def test_zupt_reads_the_spec_from_program_memory_on_avr(avr, name, rate):
-    wanted = design.config(design.entry_of(name), design.spec()["sensor"], rate["times"])
-    assert avr_zupt.zupt_choose(avr, wanted["detector"], rate["times"]) == wanted
+    wanted = design.config(design.entry_of(name), design.spec()["sensor"], rate["stride"])
+    assert avr_zupt.zupt_choose(avr, wanted["detector"], rate["stride"]) == wanted
     assert avr_zupt.zupt(avr, LYING)[-1] == 1
     avr_zupt.zupt_interrupt(avr)
     assert avr_zupt.zupt(avr, LYING[:1]) == [0]

@@ -65,11 +65,12 @@ typedef struct {
 /* The bounds above hold, so that nothing overflows. */
 bool zupt_is_lawful(const zupt_config_t *config);
 
-/* Begin, not still.  config must be lawful or its detector ZUPT_OFF: never still; it is copied. */
+/* Begin, not still.  config must be lawful; it is copied. */
 void zupt_init(zupt_t *zupt, const zupt_config_t *config);
 
-/* Begin with a detector of zupt.toml; any other number is ZUPT_OFF. `rate` is ZUPT_RATE_500HZ or
- * another of zupt_configs.h. zupt is all zero or was in use: `rejected` is kept. */
+/* Begin with a detector of zupt.toml, not still. Any other number is ZUPT_OFF: all zero, with which
+ * no block is quiet. `rate` is one of zupt_configs.h, a stride. zupt is all zero or was in use: its
+ * `rejected` is kept. */
 void zupt_choose(zupt_t *zupt, uint8_t detector, uint8_t rate);
 
 /* Take one sample; gives ZUPT_STILL or 0. */

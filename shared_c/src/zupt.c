@@ -66,7 +66,7 @@ void zupt_interrupt(zupt_t *zupt)
 
 void zupt_init(zupt_t *zupt, const zupt_config_t *config)
 {
-    PORT_ASSERT(config->detector == ZUPT_OFF || zupt_is_lawful(config));
+    PORT_ASSERT(zupt_is_lawful(config));
 
     *zupt        = (zupt_t){0};
     zupt->config = *config;
@@ -75,23 +75,20 @@ void zupt_init(zupt_t *zupt, const zupt_config_t *config)
 
 void zupt_choose(zupt_t *zupt, uint8_t detector, uint8_t rate)
 {
-    const uint8_t at = (uint8_t)(detector - 1U);
+    const uint8_t  at   = (uint8_t)(detector - 1U);
+    const uint8_t *from = (const uint8_t *)&zupt_configs[at];
+    uint8_t       *to   = (uint8_t *)&zupt->config;
 
-    zupt->wait            = 0U;
-    zupt->config.detector = ZUPT_OFF;
-    if (at < ZUPT_CONFIGS_LEN) {
-        const uint8_t *from = (const uint8_t *)&zupt_configs[at];
-        uint8_t       *to   = (uint8_t *)&zupt->config;
-        for (uint8_t left = sizeof(zupt_config_t); left != 0U; --left) {
-            *to++ = port_rom_u8(from++);
-        }
-        zupt->config.stride = (uint8_t)(zupt->config.stride * rate);
+    for (uint8_t left = sizeof(zupt_config_t); left != 0U; --left) {
+        *to++ = at < ZUPT_CONFIGS_LEN ? port_rom_u8(from++) : 0U;
     }
+    zupt->config.stride = rate;
+    zupt->wait          = 0U;
     zupt_interrupt(zupt);
 }
 
-/* Gives the sum's upper byte, whose sign is the sum's. */
-static PORT_OUTLINE int8_t add(zupt_t *zupt, int32_t squares)
+/* Gives the sum's upper byte, whose sign is the sum's. The square first: it comes in its place. */
+static PORT_OUTLINE int8_t add(int32_t squares, zupt_t *zupt)
 {
     zupt->squares += squares; /* below 2^31 whatever comes, as it begins below zero (notes) */
     return (int8_t)(zupt->squares >> 24);
@@ -107,7 +104,7 @@ static void judge(zupt_t *zupt)
         if (detector == ZUPT_SHOE) { more = off_gravity(mean); }
         more -= mean >> 2; /* ZUPT_BLOCK: sum |a - m|^2 = sum |a|^2 - |sum a|^2 / n */
     }
-    if (add(zupt, more) >= 0) {
+    if (add(more, zupt) >= 0) {
         zupt_interrupt(zupt);
         return;
     }
@@ -142,14 +139,13 @@ static void gather(zupt_t *zupt, const int16_t vector[AXES], uint8_t weight, boo
     }
     int32_t square = port_dot(vector, vector) * weight; /* 3 * 2^24, weighed 3 * 2^28 at most */
     if (zupt->config.detector == ZUPT_MAGNITUDE) { square = off_gravity(square); }
-    (void)add(zupt, square);
+    (void)add(square, zupt);
 }
 
 uint8_t zupt_update(zupt_t *zupt, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3])
 {
     const zupt_config_t *config = &zupt->config;
 
-    if (config->detector == ZUPT_OFF) { return 0U; }
     if (zupt->wait != 0U) {
         --zupt->wait;
         return zupt->still;

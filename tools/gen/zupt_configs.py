@@ -18,15 +18,15 @@ def header(spec: Spec) -> str:
         "",
         f"enum {{ ZUPT_CONFIGS_LEN = {len(spec.content['detector'])} }};",
         "",
-        "/* How much longer strides are than at 500 Hz. */",
+        "/* Samples a visit. */",
         "enum {",
         *(
-            f"    ZUPT_RATE_{rate['name'].upper()} = {rate['times']},"
+            f"    ZUPT_RATE_{rate['name'].upper()} = {rate['stride']},"
             for rate in spec.content["rate"]
         ),
         "};",
         "",
-        "/* Detector 1 and so on, at 500 Hz. ROM */",
+        "/* Detector 1 and so on, at a visit a sample. ROM */",
         "extern const zupt_config_t zupt_configs[ZUPT_CONFIGS_LEN];",
     ]
     return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])

@@ -127,7 +127,7 @@ def test_zupt_sums_hold_the_largest_values_under_the_widest_limits(name, corner)
 def test_zupt_configuration_in_rom_is_that_of_the_spec(name, rate):
     (entry,) = (each for each in design.spec()["rate"] if each["name"] == rate)
     built = Zupt(name, rate)._c.config
-    wanted = design.config(design.entry_of(name), design.spec()["sensor"], entry["times"])
+    wanted = design.config(design.entry_of(name), design.spec()["sensor"], entry["stride"])
     assert list(built.begin_squares) == wanted.pop("begin_squares")
     assert {field: getattr(built, field) for field in wanted} == wanted
 
@@ -135,9 +135,9 @@ def test_zupt_configuration_in_rom_is_that_of_the_spec(name, rate):
 @pytest.mark.parametrize("rate", ZUPT_RATES)
 @pytest.mark.parametrize("name", NAMES)
 def test_zupt_is_still_after_as_many_quiet_blocks_and_not_before(name, rate):
-    entry, times = design.entry_of(name), ZUPT_RATES[rate]
+    entry, stride = design.entry_of(name), ZUPT_RATES[rate]
     visits = design.VISITS * entry["still_blocks"]
-    first = (visits - 1) * entry["stride"] * times  # sample whose visit judges
+    first = (visits - 1) * stride  # sample whose visit judges
     still = Zupt(name, rate).block(*lying(first + 200))
     assert not still[:first].any()
     assert still[first:].all()
@@ -176,13 +176,13 @@ def test_zupt_has_hysteresis(name):
     between = (entry[f"enter_{unit}"] + entry[f"leave_{unit}"]) / 2
     between *= design.counts_per_unit(name, sensor)
     # The weight's own rounding stays inside: 11 m/s^2 a rad/s is a weight of 5.99.
-    count = 18 * entry["stride"] * 4
+    count = 2 * design.VISITS * 4
     gyro, acc = np.zeros((count, 3), np.int16), np.full((count, 3), (0, 0, 2048), np.int16)
     calm = gyro.copy(), acc.copy()
     if design.turns(name):
         gyro[:, 0] = between
     elif name == "moving_variance":
-        late = np.arange(count) // entry["stride"] % design.VISITS >= design.BLOCK
+        late = np.arange(count) % design.VISITS >= design.BLOCK
         acc[:, 0] = np.where(late, -between, between)  # two of a block's four on either side
     else:
         acc[:, 2] += round(between)
@@ -194,10 +194,9 @@ def test_zupt_has_hysteresis(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_zupt_ends_with_the_first_block_that_moves(name):
-    entry = design.entry_of(name)
     zupt = Zupt(name)
-    assert zupt.block(*lying(18 * entry["stride"] * 4))[-1]
-    still = zupt.block(*shaken(design.VISITS * entry["stride"], 2500, 2500))
+    assert zupt.block(*lying(4 * design.VISITS))[-1]
+    still = zupt.block(*shaken(design.VISITS, 2500, 2500))
     assert not still[-1]
 
 

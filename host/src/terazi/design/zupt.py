@@ -13,7 +13,7 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 BLOCK, VISITS = 4, 9  # ZUPT_BLOCK, ZUPT_VISITS
 GRAVITY_COUNTS = 2048
 WEIGHT_MAX = 6
-BASE_RATE_HZ = 500.0  # that of zupt.toml's strides
+VISIT_RATE_HZ = 500.0
 ACC_WEIGHT = {"shoe": 1, "are": 0, "moving_variance": 1, "magnitude": BLOCK * BLOCK}
 MAGNITUDE_FACTOR = 4  # its squares are those of half counts
 
@@ -57,8 +57,8 @@ def squares_per_count2(entry: dict, sensor: dict) -> int:
     return BLOCK * max(gyro_weight(entry, sensor), 1)
 
 
-def config(entry: dict, sensor: dict, times: int = 1) -> dict:
-    """Fields of zupt_config_t of a [[detector]], strides `times` as long.
+def config(entry: dict, sensor: dict, stride: int = 1) -> dict:
+    """Fields of zupt_config_t of a [[detector]]; stride is that of a [[rate]].
 
     Raises ValueError where a field would not hold its contract.
     """
@@ -77,7 +77,7 @@ def config(entry: dict, sensor: dict, times: int = 1) -> dict:
         "acc_weight": ACC_WEIGHT[name],
         "gyro_weight": gyro_weight(entry, sensor),
         "still_blocks": entry["still_blocks"],
-        "stride": entry["stride"] * times,
+        "stride": stride,
     }
     lawful = {
         "begin_squares": 0 < limits[0] <= limits[1] <= 1 << 31,
@@ -102,8 +102,7 @@ def entry_of(name: str, **changed: float) -> dict:
     return {**found[0], **changed}
 
 
-def config_at(name: str, rate_hz: float = BASE_RATE_HZ, **changed: float) -> dict:
+def config_at(name: str, rate_hz: float = VISIT_RATE_HZ, **changed: float) -> dict:
     """Fields of zupt_config_t of a detector at any rate, with blocks about as long."""
-    entry = entry_of(name, **changed)
-    stride = max(1, round(entry["stride"] * rate_hz / BASE_RATE_HZ))
-    return config({**entry, "stride": stride}, spec()["sensor"])
+    stride = max(1, round(rate_hz / VISIT_RATE_HZ))
+    return config(entry_of(name, **changed), spec()["sensor"], stride)
