@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The test double's bench with an IMU that plays a simulated board's sitting, mode by mode."""
 
-from host.tests.calibration.imu_boards import FACES, SLANTS, Board
 from host.tests.fake_bench import Bench
 from host.tests.fake_imu import FakeImu
 from terazi.calibration.imu.board import MODES
+from terazi.calibration.imu.rehearsal import FACES, SLANTS, Board
 from terazi.link.generated.messages import Imu, Mag
 from terazi.link.generated.settings import SETTINGS_BY_NAME
 
@@ -16,7 +16,7 @@ class PlayedImu(FakeImu):
     """record : a Record at 500 Hz, played once from the start; then its last sample, with noise.
     answers : (acc, gyro) counts that excitement adds;  trim : registers 0x0D to 0x10.
     shakes : counts of noise while it tests itself;  ends : it falls silent with the record.
-    values : gives the settings by key.
+    values : gives the settings by key;  loops : the record begins anew where it ends.
     """
 
     def __init__(self, record, *, fields=None, answers=None, trim=(0, 0, 0, 0), **how):
@@ -25,6 +25,7 @@ class PlayedImu(FakeImu):
         self.answers, self.trim = answers or ((0, 0, 0), (0, 0, 0)), trim
         self.shakes, self.ends = how.pop("shakes", 6), how.pop("ends", False)
         self.identity = how.pop("identity", self.identity)
+        self.loops = how.pop("loops", False)
         self.values = how.pop("values", lambda: {MODE: 1, EVERY: 1})
 
     def sample(self, *, lost=0):
@@ -41,7 +42,9 @@ class PlayedImu(FakeImu):
     def _raw(self, at):
         mode = self.values()[MODE]
         if mode in (MODES["hz_500"], MODES["hz_1000"]):
-            if at >= len(self.record):
+            if self.loops:
+                at %= len(self.record)
+            elif at >= len(self.record):
                 at = len(self.record) - 1 - at % 500
             record = self.record
             return record.acc_b_counts[at].tolist(), record.gyro_b_counts[at].tolist()

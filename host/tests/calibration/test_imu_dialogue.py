@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from host.tests.calibration.imu_bench import EVERY, MODE, bench_of, sitting
-from host.tests.calibration.imu_boards import FACES, Board, unit
 from host.tests.fake_bench import Bench, Script
 from terazi.applications.attitude.calibrated import setting_names
 from terazi.calibration.imu.dialogue import Plan, calibrate_imu
+from terazi.calibration.imu.rehearsal import FACES, Board, unit
 from terazi.errors import Aborted, CalibrationRefused, NoAnswer
 from terazi.link.generated.settings import SETTINGS_BY_NAME
 

@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from host.tests.calibration.imu_boards import FACES, ONE_G, SLANTS, Board, counts, unit
 from terazi.applications.attitude.calibrated import measured, nothing_set, setting_names
 from terazi.calibration.imu import positions, standstill
 from terazi.calibration.imu.fit import Contradiction, fit_field, fit_motion
 from terazi.calibration.imu.gyroscope import carried
 from terazi.calibration.imu.quantise import Constants, settings_of
+from terazi.calibration.imu.rehearsal import FACES, ONE_G, SLANTS, Board, counts, held, unit
 from terazi.errors import CalibrationRefused
 from terazi.link.generated.settings import SETTINGS_BY_NAME
 
@@ -34,17 +34,6 @@ def usual(seed):
 
 def stills_of(record):
     return standstill.find(record.acc_b_counts, record.gyro_b_counts, record.rate_hz)
-
-
-def held(group, settings):
-    """(M, offset in counts before M) as the device's settings say."""
-    names = setting_names(group)
-    matrix = np.eye(3)
-    places = [name.split(".")[1] for name in names[:-3]]
-    for name, place in zip(names, places, strict=False):
-        matrix["xyz".index(place[0]), "xyz".index(place[1])] += settings[name] / 65536
-    after = np.array([settings[name] for name in names[-3:]]) / 8
-    return matrix, np.linalg.solve(matrix, after)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from host.tests.calibration.imu_boards import FACES, SLANTS, turn, unit
 from terazi.calibration.imu.axes import NAMES, find_mag_axes
+from terazi.calibration.imu.rehearsal import FACES, SLANTS, turn, unit
 from terazi.cshared import ImuTurn
 
 IMU = 20  # nx_pz

@@ -4,8 +4,8 @@
 import pytest
 
 from host.tests.calibration.imu_bench import EVERY, MODE, bench_of, sitting
-from host.tests.calibration.imu_boards import FACES
 from host.tests.fake_bench import Script
+from terazi.calibration.imu.rehearsal import FACES
 from terazi.calibration.imu.self_test import codes, judge, promised, self_test, want_all
 from terazi.errors import CalibrationRefused
 

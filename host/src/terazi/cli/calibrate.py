@@ -96,6 +96,15 @@ def calibrate(
         bool,
         typer.Option("--dry-run", help="With --imu or --mag: show what would be set, set nothing."),
     ] = False,
+    rehearse: Annotated[
+        int,
+        typer.Option(
+            help="With --imu: calibrate so many simulated boards of known errors; needs no board.",
+            min=0,
+            max=1000,
+            show_default=False,
+        ),
+    ] = 0,
     abort: Annotated[
         bool, typer.Option("--abort", help="Forget a calibration that nobody ended.")
     ] = False,
@@ -122,12 +131,12 @@ def calibrate(
     from terazi.errors import UsageError
 
     asks = not yes and sys.stdin is not None and sys.stdin.isatty()
-    wish = Wish(imu, mag, self_test, board_free, six_only, source, dry_run)
+    wish = Wish(imu, mag, self_test, board_free, six_only, source, dry_run, rehearse)
     wish.check()
     if wish.is_any:
         if mass or max_ or e or temperature or abort:
             raise UsageError("the scale and the IMU are calibrated one after the other")
-        if not asks and not yes and not (self_test or dry_run):
+        if not asks and not yes and not (self_test or dry_run or rehearse):
             raise UsageError("nobody is there to ask", remedy="Give --yes to ask nothing.")
         run_imu(wish, port, baud, asks, wait, as_json)
         return
