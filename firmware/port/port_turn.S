@@ -309,27 +309,26 @@ each_turn:
         fetch   QUAT_Q14+2, PAIR1   /* x and z stay */
         fetch   QUAT_Q14+6, PAIR3
 turn_half:
-        fetch   QUAT_Q14, PAIR0
-        plus16  PAIR0, PAIR1
-        movw    r20, r10
-        product SUM0, PAIR0, PAIR2
-        minus16 PAIR0, PAIR1
-        plus16  PAIR2, A
-        product SUM1, PAIR0, PAIR2
         fetch   QUAT_Q14+4, PAIR0
+        movw    r20, r26
+        plus16  PAIR2, B
+        product SUM1, PAIR0, PAIR2
         plus16  PAIR0, PAIR3
         movw    r20, r24
-        accumulate r30, r31, SUM0, PAIR0, PAIR2
-        minus16 PAIR0, PAIR3
-        plus16  PAIR2, C
+        product SUM0, PAIR0, PAIR2
+        fetch   QUAT_Q14, PAIR0
+        movw    r20, r12
+        plus16  PAIR2, LOSS
         accumulate r30, r31, SUM1, PAIR0, PAIR2
+        plus16  PAIR0, PAIR1
+        movw    r20, r10
+        accumulate r30, r31, SUM0, PAIR0, PAIR2
         minus   SUM1, SUM0
+        minus16 PAIR2, A
+        diminish r30, r31, SUM0, PAIR1, PAIR2
         movw    r20, r26
         minus16 PAIR2, B
         accumulate r30, r31, SUM0, PAIR3, PAIR2
-        movw    r20, r12
-        minus16 PAIR2, LOSS
-        accumulate r30, r31, SUM0, PAIR1, PAIR2
         movw    r30, r28
         brtc    4f
         adiw    r30, 8
