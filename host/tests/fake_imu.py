@@ -97,7 +97,7 @@ class FakeImu:
             self._zupt.interrupt()
         self._flags |= AttitudeFlag.RESTARTED if lost == LOST else AttitudeFlag.GAP
 
-    def _begin(self, gyro, acc) -> None:
+    def _begin(self) -> None:
         rate = f"{self.rate_hz}hz"
         self._mahony, self._rest = Mahony(rate), Rest(rate)
         self._zupt = Zupt(self.detector, rate) if self.detector in RATED.get(rate, ()) else None
@@ -111,7 +111,7 @@ class FakeImu:
         turn = ImuTurn(self.orientation).apply
         acc, gyro = turn(self.acc.apply(raw_acc)), turn(self.gyro.apply(raw_gyro))
         if self._mahony is None:
-            self._begin(gyro, acc)
+            self._begin()
         elif lost:
             self._gap(lost)
         rested = self._rest.update(gyro, acc)

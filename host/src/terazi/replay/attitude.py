@@ -41,18 +41,15 @@ class Chain:
 
     def __init__(self, values: Mapping[str, int]) -> None:
         """values : settings by full name; ValueError where no device would take them."""
-        rate_hz = RATES_HZ[values["imu.mode"]]
-        self._rate = f"{rate_hz}hz"
-        self._mahony = Mahony(self._rate)
-        self._rest: Rest | None = None
+        rate = f"{RATES_HZ[values['imu.mode']]}hz"
+        self._mahony, self._rest = Mahony(rate), Rest(rate)
         detector = ZUPT_NAMES.get(values["imu.zupt"])
-        self._zupt = Zupt(detector, self._rate) if detector else None
+        self._zupt = Zupt(detector, rate) if detector else None
 
     def gap(self, lost: int) -> None:
         """So many samples are missing before the next one; LOST: the IMU had been away."""
         self._mahony.gap(lost)
-        if self._rest is not None:
-            self._rest.interrupt()
+        self._rest.interrupt()
         if self._zupt is not None:
             self._zupt.interrupt()
 
