@@ -10,8 +10,9 @@
  * Bad data  a reading with an axis beyond its range, or of zeros, which is what a reset leaves, is
  *           refused: none comes. A part that does not answer is absent; then either address is
  *           asked, in turn, every fifth of a second
- * Context   main loop, right after mpu6050_motion_poll, and again where work on a sample has kept
- *           the loop: while the guest has the bus no burst begins.  Cost: firmware/budget.toml
+ * Context   main loop, right after mpu6050_motion_poll, as long as that is called, and again where
+ *           work on a sample has kept the loop: while the guest has the bus no burst begins.
+ *           Cost: firmware/budget.toml
  */
 #ifndef MAGNETOMETER_H
 #define MAGNETOMETER_H

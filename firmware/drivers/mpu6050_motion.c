@@ -264,17 +264,23 @@ static bool begin(imu_t *it)
 /* Bytes into words; false: all are 0. */
 static bool read_burst(const imu_t *it, mpu6050_sample_t *sample)
 {
-    const uint8_t *byte = it->burst;
+    const uint8_t *from = it->burst;
     uint8_t       *to   = (uint8_t *)sample;
     uint8_t        any  = 0;
+    uint8_t        left = WORDS;
+    uint8_t        high, low;
 
-    for (uint8_t left = WORDS; left != 0U; left--) {
-        const uint8_t high = *byte++;
-        const uint8_t low  = *byte++;
-        *to++              = low;
-        *to++              = high;
-        any |= high | low;
-    }
+    __asm__ volatile("1:\n\t"
+                     "ld %[high], Z+\n\t"
+                     "ld %[low], Z+\n\t"
+                     "st X+, %[low]\n\t"
+                     "st X+, %[high]\n\t"
+                     "or %[any], %[high]\n\t"
+                     "or %[any], %[low]\n\t"
+                     "dec %[left]\n\t"
+                     "brne 1b"
+                     : "+z"(from), "+x"(to), [any] "+r"(any), [left] "+r"(left), [high] "=&r"(high),
+                       [low] "=&r"(low)::"memory");
     return any != 0U;
 }
 
