@@ -7,32 +7,44 @@
 
 #include "port_sums.inc"
 
-#define SUM r22, r23, r24, r25
-
-.macro next
-        ld      r18, X+
-        ld      r19, X+
-        ld      r20, Z+
-        ld      r21, Z+
-.endm
-
         .section .text.port_dot, "ax", @progbits
         .global port_dot
         .type   port_dot, @function
 port_dot:
-        push    zero
-        clr     zero
+        push    r15
+        push    r16
+        push    r17
         movw    r26, r24
         movw    r30, r22
-        next
-        product SUM, PAIR1, PAIR2
-        clt                         /* twice */
-1:      next
-        add_product SUM, PAIR1, PAIR2
-        brts    2f
-        set
-        rjmp    1b
-2:      clr     r1                  /* what C expects in r1 */
-        pop     zero
+        ld      r16, X+
+        ld      r17, X+
+        ld      r18, X+
+        ld      r19, X+
+        ld      r20, X+
+        ld      r21, X+
+        clr     zero
+        rcall   port_dot_pairs
+        movw    r22, r24
+        movw    r24, r26
+        clr     r1                  /* what C expects in r1 */
+        pop     r17
+        pop     r16
+        pop     r15
         ret
         .size   port_dot, . - port_dot
+
+/* For assembler: SUM3 = PAIR0..2 . the vector at Z, which goes on behind it; PAIR3 is lost. */
+        .global port_dot_pairs
+        .type   port_dot_pairs, @function
+port_dot_pairs:
+        ld      r22, Z+
+        ld      r23, Z+
+        product SUM3, PAIR0, PAIR3
+        ld      r22, Z+
+        ld      r23, Z+
+        add_product SUM3, PAIR1, PAIR3
+        ld      r22, Z+
+        ld      r23, Z+
+        add_product SUM3, PAIR2, PAIR3
+        ret
+        .size   port_dot_pairs, . - port_dot_pairs

@@ -79,22 +79,11 @@ port_turn:
         adiw    r30, EAST_Q14
         brtc    1f
         adiw    r30, NORTH_Q14 - EAST_Q14
-1:      clr     r8                  /* twice */
-each_level:
+1:      call    port_dot_pairs
         copy    SUM0, SUM3
-        ld      r22, Z+
-        ld      r23, Z+
-        product SUM3, PAIR0, PAIR3
-        ld      r22, Z+
-        ld      r23, Z+
-        accumulate r6, r7, SUM3, PAIR1, PAIR3
-        ld      r22, Z+
-        ld      r23, Z+
-        accumulate r6, r7, SUM3, PAIR2, PAIR3
         brtc    2f
         sbiw    r30, 2 * (NORTH_Q14 - EAST_Q14)
-2:      com     r8
-        brne    each_level
+2:      call    port_dot_pairs
         plus_at Y+LEVEL_Q14, SUM0   /* what waited, of the sample before */
         std     Y+LEVEL_Q14, r24
         std     Y+LEVEL_Q14+1, r25
