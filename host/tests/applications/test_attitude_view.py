@@ -223,6 +223,7 @@ def test_allan_of_a_capture_and_its_page(tmp_path):
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["rate_hz"] == pytest.approx(100.0)
+    assert "one in 5 samples was recorded" in told["notes"][0]
     noise = (9 + 1 / 12) ** 0.5 / 16.384 / 100**0.5  # 3 counts rms at 100 samples a second
     for axis in told["gyro"].values():
         assert axis["angle_random_walk_deg_rth"] == pytest.approx(60 * noise, rel=0.05)

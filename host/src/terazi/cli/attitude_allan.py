@@ -40,8 +40,8 @@ def allan(
 
     Per axis angle or velocity random walk, bias instability and random walk as far as the record
     shows them, beside the datasheet's noise. A minute tells white noise, an hour or more bias
-    instability. Of a device record each IMU sample:
-    terazi set imu.every=1 stream.mask=status,imu, then terazi log.
+    instability. Record every sample of a board that nobody touches:
+    terazi set imu.every=1 uart.baud=500000, then terazi log --imu --seconds 7200.
 
     [dim]Examples:[/]  terazi attitude allan night.terazi
     terazi attitude allan night.npz --begin 60 -o night.html

@@ -145,6 +145,11 @@ def allan(record: Record) -> Allan:
         )
         record = record.part(first, last)
     refuse(record)
+    if record.every > 1:
+        notes.append(
+            f"one in {record.every} samples was recorded: what is faster folds into the noise, and "
+            "white noise reads too high; imu.every=1 records all"
+        )
     return Allan(
         name=record.name,
         duration_s=len(record) / record.rate_hz,

@@ -105,7 +105,7 @@ def of_inertial(inertial: Inertial, name: str) -> Record:
     if not len(imu["order"]):
         raise CannotRead(
             f"{name} holds no IMU messages",
-            remedy="Record them: terazi set stream.mask=status,imu, then terazi log.",
+            remedy="Record them with terazi log --imu.",
         )
     boots, counts = np.unique(imu["boot"], return_counts=True)
     run = boots[np.argmax(counts)]
