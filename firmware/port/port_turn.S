@@ -366,18 +366,18 @@ turn_half:
         row_from_half EAST_Q14+2, SUM2
         plus    SUM0, SUM1
         row_from_half NORTH_Q14, SUM0
-        /* xz + wy = z (x + y) - y (z - w),  yz - wx = z (x + y) - x (w + z) */
-        plus16  PAIR1, PAIR2
-        product SUM0, PAIR1, PAIR3
-        copy    SUM1, SUM0
-        minus16 PAIR1, PAIR2
-        plus16  PAIR0, PAIR3
-        diminish r30, r31, SUM1, PAIR0, PAIR1
-        row_from_half NORTH_Q14+4, SUM1
-        plus16  PAIR3, PAIR3
+        /* xz + wy = x (z - w) + w (x + y),  yz - wx = y (z + w) - w (x + y) */
         minus16 PAIR3, PAIR0
-        diminish r30, r31, SUM0, PAIR2, PAIR3
+        product SUM0, PAIR1, PAIR3
+        plus16  PAIR3, PAIR0
+        plus16  PAIR3, PAIR0
+        product SUM1, PAIR2, PAIR3
+        plus16  PAIR1, PAIR2
+        product SUM2, PAIR0, PAIR1
+        plus    SUM0, SUM2
         row_from_half EAST_Q14+4, SUM0
+        minus   SUM1, SUM2
+        row_from_half NORTH_Q14+4, SUM1
         clr     r1                  /* what C expects in r1 */
         ldd     r24, Y+FLAGS
 
