@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* port_imu_cal - the nine products of a calibration. Contract: shared_c/src/port_imu_cal.h
+/* port_imu_cal - the nine products of a calibration, and the turn of its axes. Contract:
+ * shared_c/src/port_imu_cal.h
  *
  *   bool port_imu_cal(const imu_cal_config_t *config, int16_t vector[3])
  *                     r25:r24                         r23:r22
@@ -122,3 +123,85 @@ port_imu_cal:
         pop     r15
         ret
         .size   port_imu_cal, . - port_imu_cal
+
+/* void port_imu_turn(uint8_t orientation, int16_t vector[3])
+ *                    r24                  r23:r22
+ *
+ * A code has the part's axis in bits 0-1 and a sign in bit 2. z = x cross y: its axis is what is
+ * left of 0 + 1 + 2, and it is negated by either sign, and where y does not follow x in the circle.
+ */
+
+#define x_code   r24
+#define y_code   r23
+#define z_code   r22
+#define code     r25
+#define low      r18 /* what `along` gives */
+#define high     r19
+#define body_x   r20
+#define body_xh  r21
+#define body_y   r22 /* and r23: where no code is wanted any more */
+#define body_yh  r23
+#define temp     r26
+#define PART_AXIS 3
+#define NEGATED   2  /* bit */
+
+        .section .text.port_imu_turn, "ax", @progbits
+        .global port_imu_turn
+        .type   port_imu_turn, @function
+port_imu_turn:
+        movw    r30, r22
+        mov     code, x_code
+        rcall   along
+        movw    body_x, low
+        mov     y_code, x_code
+        lsr     y_code
+        lsr     y_code
+        lsr     y_code
+        mov     z_code, x_code
+        andi    z_code, PART_AXIS
+        mov     code, y_code
+        andi    code, PART_AXIS
+        sub     code, z_code    ; y - x: 1 or -2 where y follows x, else -1 or 2
+        lsl     z_code
+        add     z_code, code    ; x + y
+        neg     z_code
+        subi    z_code, -3
+        sbrc    code, 7
+        inc     code            ; odd where y follows x
+        mov     temp, x_code
+        eor     temp, y_code
+        sbrs    code, 0
+        com     temp
+        andi    temp, 1 << NEGATED
+        or      z_code, temp
+        mov     code, y_code
+        rcall   along
+        mov     code, z_code
+        movw    body_y, low
+        rcall   along
+        std     Z+0, body_x
+        std     Z+1, body_xh
+        std     Z+2, body_y
+        std     Z+3, body_yh
+        std     Z+4, low
+        std     Z+5, high
+        ret
+
+along:  mov     r26, code
+        andi    r26, PART_AXIS
+        lsl     r26
+        clr     r27
+        add     r26, r30
+        adc     r27, r31
+        ld      low, X+
+        ld      high, X
+        sbrs    code, NEGATED
+        ret
+        com     high
+        neg     low
+        sbci    high, 0xFF
+        brvc    1f
+        ldi     low, 0xFF       ; 32768 does not fit
+        ldi     high, 0x7F
+1:      ret
+        .size   port_imu_turn, . - port_imu_turn

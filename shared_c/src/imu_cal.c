@@ -4,15 +4,13 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_imu_cal.h"
-#include "port_outline.h"
 
 enum {
     AXES      = 3,
     ROW_MAX   = 32767,   /* Q16: sum |D| of a row, so that |D raw| <= 2^30 - 2^15 */
     SLOPE_MAX = 1 << 14, /* Q16: so that |slope| * 2^15 <= 2^29 */
-    PART_AXIS = 3,       /* an orientation's code of one axis: which of the part's */
-    NEGATED   = 4,       /* and whether it points the other way */
-    CODE_BITS = 3        /* of an axis; the board's y lies above its x */
+    PART_AXIS = 3,       /* which of the part's, in an orientation's code of one axis */
+    CODE_BITS = 3        /* as long is such a code; the board's y lies above its x */
 };
 
 static uint16_t magnitude(int16_t value)
@@ -61,28 +59,12 @@ bool imu_cal_orientation_is_lawful(uint8_t orientation)
 {
     const uint8_t x = orientation & PART_AXIS, y = (uint8_t)(orientation >> CODE_BITS) & PART_AXIS;
 
-    return orientation >> (2 * CODE_BITS) == 0 && x < AXES && y < AXES && x != y;
-}
-
-/* The axis of the part that the code names. */
-static PORT_OUTLINE int16_t along(const int16_t vector[3], uint8_t code)
-{
-    const int16_t value = vector[code & PART_AXIS];
-
-    if ((code & NEGATED) == 0U) { return value; }
-    return value == INT16_MIN ? INT16_MAX : (int16_t)-value;
+    if (orientation >= 1U << (2 * CODE_BITS)) { return false; }
+    if (x == AXES || y == AXES) { return false; }
+    return x != y;
 }
 
 void imu_cal_turn(uint8_t orientation, int16_t vector_b_counts[3])
 {
-    const uint8_t x = orientation & PART_AXIS, y_code = (uint8_t)(orientation >> CODE_BITS);
-    const uint8_t y = y_code & PART_AXIS, after_x = x == AXES - 1U ? 0U : (uint8_t)(x + 1U);
-    uint8_t       z_code = (uint8_t)(((orientation ^ y_code) & NEGATED) | (AXES - x - y));
-
-    if (y != after_x) { z_code ^= NEGATED; }
-    const int16_t body_x = along(vector_b_counts, orientation);
-    const int16_t body_y = along(vector_b_counts, y_code);
-    vector_b_counts[2]   = along(vector_b_counts, z_code);
-    vector_b_counts[1]   = body_y;
-    vector_b_counts[0]   = body_x;
+    port_imu_turn(orientation, vector_b_counts);
 }
