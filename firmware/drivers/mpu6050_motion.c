@@ -2,6 +2,7 @@
 #include "mpu6050_motion.h"
 
 #include "idle.h"
+#include "mpu6050_internal.h"
 #include "mpu6050_registers.h"
 #include "port_clamp.h"
 #include "port_outline.h"
@@ -14,8 +15,6 @@
 #include <avr/io.h>
 #include <avr/pgmspace.h>
 #include <stddef.h>
-
-enum { WORDS = 7, BURST_LEN = 2 * WORDS };
 
 /* Transfers in the order in which they follow each other, and from SETTLE on waits. A transfer's
  * number is where its row of `transfers` stands, and a row. */
@@ -37,7 +36,6 @@ enum { SETTLE_TIME = 35, RETRY_TIME = 200 };
 
 /* In ticks of 0.5 us. */
 enum {
-    PATIENCE   = 256, /* more than 3 % of a period, by which the part's clock may be slow */
     PERIOD     = 2000,
     LEND_TIME  = 1400, /* after data were ready, at 1 kHz: 0.3 ms are left */
     EARLY_MOST = 4000  /* of data after the time that the caller gives */
@@ -45,8 +43,8 @@ enum {
 
 enum { GUARD_EVERY = 8 };
 
-/* What is written, in the order of the registers. */
-enum { RATES = 0, RATES_LEN = 4, GUARDED = 3, INT_PIN = 4, INT_LEN = 2, PWR = 5 };
+/* Where they stand in what is written. */
+enum { RATES = 0, GUARDED = 3, INT_PIN = 4, INT_LEN = 2, PWR = 5 };
 
 enum {
     DLPF_188_HZ = 1,
@@ -57,30 +55,13 @@ enum {
 };
 
 /* SMPLRT_DIV, CONFIG, GYRO_CONFIG, ACCEL_CONFIG; the last is the guard, which a reset changes. */
-static const uint8_t modes[][RATES_LEN] PROGMEM = {
+static const uint8_t modes[][MPU6050_RATES_LEN] PROGMEM = {
     {1, DLPF_98_HZ, RANGE_MOST, RANGE_MOST}, {0, DLPF_188_HZ, RANGE_MOST, RANGE_MOST},
     {0, DLPF_188_HZ, 0, RANGE_8_G},          {0, DLPF_188_HZ, EXCITED, EXCITED | RANGE_8_G},
     {0, DLPF_188_HZ, 0, RANGE_8_G},
 };
 
-typedef struct {
-    uint8_t           step;
-    bool              is_asked; /* to begin anew */
-    uint8_t           mode;
-    uint8_t           since;      /* when a wait began, 1.024 ms */
-    uint8_t           guard_left; /* bursts until the guard is read */
-    uint8_t           guard;      /* as read */
-    uint8_t           identity;
-    uint8_t           settings[RATES_LEN + INT_LEN];
-    uint8_t           burst[BURST_LEN];
-    uint16_t          period; /* main loop writes, interrupts read; tick */
-    volatile uint16_t due;    /* tick of the burst under way; who begins it writes, poll reads */
-    volatile uint16_t
-        waiting_due; /* interrupts write while none waits; poll reads while one does */
-    mpu6050_counters_t counters;
-} imu_t;
-
-static imu_t imu;
+mpu6050_t mpu6050;
 
 _Static_assert(MPU6050_CLOCK_GYRO_X == 1, "one byte serves PWR_MGMT_1 and INT_ENABLE");
 
@@ -88,13 +69,13 @@ typedef struct {
     uint8_t sla, reg, at, len;
 } transfer_t;
 
-#define TO(register_, field, length)                                        \
-    {                                                                       \
-        MPU6050_ADDRESS << 1, (register_), offsetof(imu_t, field), (length) \
-    }
-#define FROM(register_, field, length)                                          \
+#define TO(register_, field, length)                                            \
     {                                                                           \
-        MPU6050_ADDRESS << 1 | 1, (register_), offsetof(imu_t, field), (length) \
+        MPU6050_ADDRESS << 1, (register_), offsetof(mpu6050_t, field), (length) \
+    }
+#define FROM(register_, field, length)                                              \
+    {                                                                               \
+        MPU6050_ADDRESS << 1 | 1, (register_), offsetof(mpu6050_t, field), (length) \
     }
 
 _Static_assert(sizeof(transfer_t) == ROW, "steps are numbered so");
@@ -103,91 +84,12 @@ static const transfer_t transfers[] PROGMEM = {
     FROM(MPU6050_WHO_AM_I_REG, identity, 1),
     TO(MPU6050_PWR_MGMT_1, settings[PWR], 1),
     TO(MPU6050_INT_PIN_CFG, settings[INT_PIN], INT_LEN),
-    TO(MPU6050_SMPLRT_DIV, settings[RATES], RATES_LEN),
+    TO(MPU6050_SMPLRT_DIV, settings[RATES], MPU6050_RATES_LEN),
     FROM(MPU6050_ACCEL_CONFIG, guard, 1),
-    FROM(MPU6050_ACCEL_XOUT_H, burst, BURST_LEN),
+    FROM(MPU6050_ACCEL_XOUT_H, burst, MPU6050_BURST_LEN),
 };
 
 /* --- pacing --- */
-
-static inline __attribute__((always_inline)) void enter(void)
-{
-    __asm__ volatile("push r24\n\t"
-                     "in r24, __SREG__\n\t"
-                     "push r24\n\t"
-                     "push r25\n\t"
-                     "push r30\n\t"
-                     "push r31\n\t"
-                     "%~call idle_note_waking" ::
-                         : "memory");
-}
-
-/* INT has moved. From mpu6050_is_due on r24, r25 hold the tick when data were ready: the burst that
- * lies ready is begun, or it is noted that one waits. Work is posted for it, so that the main loop
- * sees a burst that takes too long. */
-ISR(IMU_INT_vect, ISR_NAKED)
-{
-    enter();
-    __asm__ volatile(
-        "sbis %[pin], %[line]\n\t"
-        "rjmp 4f\n\t" /* its end */
-        "lds r24, %[count]\n\t"
-        "lds r25, %[count] + 1\n"
-        ".global mpu6050_is_due\n"
-        "mpu6050_is_due:\n\t"
-        "sbis %[flags], %[armed]\n\t"
-        "rjmp 1f\n\t"
-        "cbi %[flags], %[armed]\n\t"
-        "sts %[due], r24\n\t"
-        "sts %[due] + 1, r25\n\t"
-        "sbi %[flags], %[busy]\n\t"
-        "ldi r30, %[start]\n\t"
-        "sts %[twcr], r30\n\t"
-        "rjmp 3f\n"
-        "1:\n\t"
-        "sbi %[flags], %[work]\n\t"
-        "sbic %[flags], %[waits]\n\t"
-        "rjmp 2f\n\t"
-        "sbi %[flags], %[waits]\n\t"
-        "sts %[waiting], r24\n\t"
-        "sts %[waiting] + 1, r25\n\t"
-        "rjmp 3f\n"
-        "2:\n\t"
-        "lds r30, %[overruns]\n\t"
-        "lds r31, %[overruns] + 1\n\t"
-        "adiw r30, 1\n\t"
-        "breq 3f\n\t"
-        "sts %[overruns] + 1, r31\n\t"
-        "sts %[overruns], r30\n"
-        "3:\n\t"
-        "lds r30, %[period]\n\t"
-        "lds r31, %[period] + 1\n\t"
-        "add r24, r30\n\t"
-        "adc r25, r31\n\t"
-        "sts %[compare] + 1, r25\n\t" /* high byte first: the low one takes both over */
-        "sts %[compare], r24\n"
-        "4:\n\t"
-        "%~jmp twi_leave" ::[pin] "I"(_SFR_IO_ADDR(IMU_PIN)),
-        [line] "I"(IMU_INT), [count] "n"(_SFR_MEM_ADDR(TCNT1)),
-        [flags] "I"(_SFR_IO_ADDR(IDLE_FLAGS)), [armed] "I"(IMU_ARMED_BIT),
-        [waits] "I"(IMU_WAITS_BIT), [work] "I"(IDLE_WORK_BIT), [due] "i"(&imu.due),
-        [waiting] "i"(&imu.waiting_due), [period] "i"(&imu.period),
-        [overruns] "i"(&imu.counters.overruns), [twcr] "n"(_SFR_MEM_ADDR(TWCR)),
-        [start] "n"(TWI_START), [busy] "I"(TWI_BUSY_BIT), [compare] "n"(_SFR_MEM_ADDR(OCR1A))
-        : "memory");
-}
-
-/* No edge has come for a period: data were ready then. */
-ISR(TIMER1_COMPA_vect, ISR_NAKED)
-{
-    enter();
-    __asm__ volatile("lds r24, %[compare]\n\t"
-                     "lds r25, %[compare] + 1\n\t"
-                     "subi r25, %[patience]\n\t"
-                     "%~jmp mpu6050_is_due" ::[compare] "n"(_SFR_MEM_ADDR(OCR1A)),
-                     [patience] "M"(PATIENCE >> 8)
-                     : "memory");
-}
 
 static void pace(bool on)
 {
@@ -205,13 +107,13 @@ static void stop(void)
 
 /* --- steps --- */
 
-static void wait_in(imu_t *it, uint8_t step, uint8_t now)
+static void wait_in(mpu6050_t *it, uint8_t step, uint8_t now)
 {
     it->step  = step;
     it->since = now;
 }
 
-static PORT_OUTLINE void lay_ready(imu_t *it, uint8_t step)
+static PORT_OUTLINE void lay_ready(mpu6050_t *it, uint8_t step)
 {
     const uint8_t *row = (const uint8_t *)transfers + (uint8_t)(step - IDENTIFY);
     const uint8_t  sla = rom_next(&row);
@@ -224,7 +126,7 @@ static PORT_OUTLINE void lay_ready(imu_t *it, uint8_t step)
     twi_ready(sla, reg, (uint8_t *)it + at, len);
 }
 
-static void arm(imu_t *it)
+static void arm(mpu6050_t *it)
 {
     lay_ready(it, BURST);
     cli();
@@ -240,21 +142,22 @@ static void arm(imu_t *it)
 
 void mpu6050_motion_start(uint8_t mode)
 {
-    imu.mode     = mode;
-    imu.is_asked = true;
+    mpu6050.mode     = mode;
+    mpu6050.is_asked = true;
 }
 
 /* false: not to be asked. */
-static bool begin(imu_t *it)
+static bool begin(mpu6050_t *it)
 {
     it->is_asked = false;
     it->step     = OFF;
     if (it->mode == MPU6050_OFF) { return false; }
     const uint8_t *from = modes[it->mode - 1U];
     uint8_t       *to   = it->settings;
-    for (uint8_t left = RATES_LEN; left != 0U; left--) { *to++ = rom_next(&from); }
+    for (uint8_t left = MPU6050_RATES_LEN; left != 0U; left--) { *to++ = rom_next(&from); }
     it->settings[PWR] = 1; /* INT_PIN_CFG stays 0: active high, 50 us */
-    it->period        = it->mode == MPU6050_500HZ ? 2U * PERIOD + PATIENCE : PERIOD + PATIENCE;
+    it->period        = it->mode == MPU6050_500HZ ? 2U * PERIOD + MPU6050_PATIENCE
+                                                  : PERIOD + MPU6050_PATIENCE;
     twi_init();
     IMU_PORT |= _BV(IMU_INT); /* an open line is quiet */
     PCMSK2 = _BV(IMU_PCINT);
@@ -262,12 +165,12 @@ static bool begin(imu_t *it)
 }
 
 /* Bytes into words; false: all are 0. */
-static bool read_burst(const imu_t *it, mpu6050_sample_t *sample)
+static bool read_burst(const mpu6050_t *it, mpu6050_sample_t *sample)
 {
     const uint8_t *from = it->burst;
     uint8_t       *to   = (uint8_t *)sample;
     uint8_t        any  = 0;
-    uint8_t        left = WORDS;
+    uint8_t        left = MPU6050_WORDS;
     uint8_t        high, low;
 
     __asm__ volatile("1:\n\t"
@@ -284,7 +187,7 @@ static bool read_burst(const imu_t *it, mpu6050_sample_t *sample)
     return any != 0U;
 }
 
-static void stamp(const imu_t *it, mpu6050_sample_t *sample, uint32_t now_us)
+static void stamp(const mpu6050_t *it, mpu6050_sample_t *sample, uint32_t now_us)
 {
     const uint16_t age = (uint16_t)((uint16_t)((uint16_t)now_us << 1) + EARLY_MOST - it->due);
 
@@ -293,7 +196,7 @@ static void stamp(const imu_t *it, mpu6050_sample_t *sample, uint32_t now_us)
 
 /* What was under way has ended; the step that follows, BURST where a sample has come, OFF for
  * none yet. */
-static uint8_t after(imu_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_t now)
+static uint8_t after(mpu6050_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_t now)
 {
     const uint8_t step = it->step;
 
@@ -335,9 +238,9 @@ static uint8_t after(imu_t *it, uint8_t status, mpu6050_sample_t *sample, uint8_
 
 bool mpu6050_motion_poll(mpu6050_sample_t *sample, uint32_t now_us)
 {
-    imu_t *const  it   = PORT_REACH(&imu);
-    const uint8_t now  = twi_time(now_us);
-    uint8_t       next = OFF;
+    mpu6050_t *const it   = PORT_REACH(&mpu6050);
+    const uint8_t    now  = twi_time(now_us);
+    uint8_t          next = OFF;
 
     if (mpu6050_is_lent()) { return false; }
     if (it->is_asked) { stop(); }
@@ -367,8 +270,8 @@ bool mpu6050_is_lent(void)
 
 bool mpu6050_lend(void)
 {
-    imu_t *const it   = PORT_REACH(&imu);
-    bool         lent = it->step >= SETTLE;
+    mpu6050_t *const it   = PORT_REACH(&mpu6050);
+    bool             lent = it->step >= SETTLE;
 
     cli();
     if ((IDLE_FLAGS & _BV(IMU_ARMED_BIT)) != 0U && (uint16_t)(TCNT1 - it->due) <= LEND_TIME) {
@@ -383,12 +286,12 @@ bool mpu6050_lend(void)
 void mpu6050_give_back(void)
 {
     IDLE_FLAGS &= (uint8_t)~_BV(IMU_LENT_BIT);
-    if (imu.step == BURST) { arm(&imu); }
+    if (mpu6050.step == BURST) { arm(&mpu6050); }
 }
 
 mpu6050_state_t mpu6050_state(void)
 {
-    const uint8_t step = imu.step;
+    const uint8_t step = mpu6050.step;
 
     if (step >= SETTLE) { return step == SETTLE ? MPU6050_STARTING : MPU6050_ABSENT; }
     if (step >= GUARD) { return MPU6050_RUNNING; }
@@ -397,13 +300,13 @@ mpu6050_state_t mpu6050_state(void)
 
 uint8_t mpu6050_identity(void)
 {
-    return imu.identity;
+    return mpu6050.identity;
 }
 
 mpu6050_counters_t mpu6050_counters(void)
 {
     cli();
-    const mpu6050_counters_t now = imu.counters;
+    const mpu6050_counters_t now = mpu6050.counters;
     sei();
     return now;
 }

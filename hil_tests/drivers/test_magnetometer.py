@@ -13,7 +13,7 @@ FIELD_UT = (21.0, -33.0, 45.0)
 
 
 def on_bus(program, mode, work_cycles=0, weigh_cycles=0):
-    drivers = ("mpu6050", "mpu6050_motion", "magnetometer")
+    drivers = ("mpu6050", "mpu6050_motion", "mpu6050_pace", "magnetometer")
     options = {"MODE": mode, "WORK_CYCLES": work_cycles, "WEIGH_CYCLES": weigh_cycles}
     return program("bus.c", drivers, *(f"-D{name}={value}" for name, value in options.items()))
 

@@ -10,6 +10,7 @@ import pytest
 
 from terazi.applications.attitude.trials import find_trials, load_trial
 
+DRIVERS = ("mpu6050", "mpu6050_motion", "mpu6050_pace")
 ABSENT, RUNNING = 0, 2
 SAMPLE = struct.Struct("<3hh3hI")  # mpu6050_sample_t; the chip pads nothing
 KEPT = 16
@@ -19,7 +20,7 @@ RATES = {HZ_500: 500, HZ_1000: 1000}
 
 
 def in_mode(program, mode):
-    return program("motion.c", ("mpu6050", "mpu6050_motion"), f"-DMODE={mode}")
+    return program("motion.c", DRIVERS, f"-DMODE={mode}")
 
 
 @pytest.fixture(params=RATES, ids=lambda mode: f"{RATES[mode]}hz")
