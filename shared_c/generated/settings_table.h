@@ -22,6 +22,7 @@ enum {
     SETTINGS_LIMIT_BYTES   = 87,
     SETTINGS_LIMITS_16     = 30, /* where those of 16 bits begin */
     SETTINGS_LIMITS_32     = 42,
+    SETTINGS_FACTORY_BYTES = 105,
     SETTINGS_PROTECTED     = 128, /* not written by key */
     SETTINGS_MIRRORED      = 128,
 };
@@ -226,7 +227,8 @@ extern const settings_entry_t settings_table[SETTINGS_KEYS]; /* ROM */
  * width, little-endian. ROM */
 extern const uint8_t settings_limits[SETTINGS_LIMIT_BYTES];
 
-/* As it leaves the factory. ROM */
-extern const settings_t settings_factory;
+/* What leaves the factory as another value than 0, by rising keys: the key, the value in
+ * its width, little-endian; behind the last one no key. ROM */
+extern const uint8_t settings_factory[SETTINGS_FACTORY_BYTES];
 
 #endif

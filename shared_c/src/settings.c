@@ -83,27 +83,25 @@ settings_status_t settings_set(settings_t *settings, uint8_t key, int32_t value)
     return SETTINGS_OK;
 }
 
-/* Bytes of settings_t as they leave the factory, one at least. Its end may wrap to 0. */
-static void restore(settings_t *settings, port_place_t from, port_place_t to)
-{
-    do {
-        ((uint8_t *)settings)[from] = port_rom_u8((const uint8_t *)&settings_factory + from);
-    } while (++from != to);
-}
-
-#define PLACE(member) (port_place_t) offsetof(settings_t, member)
-#define END           (port_place_t)sizeof(settings_t)
-
 void settings_reset(settings_t *settings, bool calibration)
 {
-    if (calibration) {
-        restore(settings, 0U, END);
-        return;
+    const uint8_t *given = settings_factory;
+
+    for (uint8_t key = 0U; key < SETTINGS_KEYS; ++key) {
+        const entry_t entry     = entry_of(key);
+        const bool    is_zero   = port_rom_u8(given) != key;
+        const bool    is_spared = /* where the calibration is; the IMU's keys are the last */
+            entry.limits >= SETTINGS_PROTECTED || key >= SETTINGS_KEY_ACC_XX_Q16;
+
+        if (!is_zero) { ++given; }
+        for (uint8_t at = 0U; at < entry.width; ++at) {
+            const uint8_t byte = is_zero ? 0U : port_rom_u8(given++);
+
+            if (calibration || !is_spared) {
+                ((uint8_t *)settings)[entry.place + ordered(at, entry.width)] = byte;
+            }
+        }
     }
-    restore(settings, 0U, PLACE(scale.points));
-    restore(settings, PLACE(scale.points) + 1U, PLACE(scale.point_counts_q7));
-    restore(settings, PLACE(checkweigher), PLACE(acc)); /* to mag: calibrations; then zero, tare */
-    restore(settings, PLACE(tare_mg) + 4U, END);
 }
 
 void settings_record_begin(settings_record_t *record, uint16_t sequence)

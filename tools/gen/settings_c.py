@@ -10,6 +10,7 @@ STRUCTS = {"scale": "scale", "checkweigher": "checkweigher", "temperature": "tem
 STRUCTS |= dict.fromkeys(("acc", "gyro", "mag"), "imu_cal")
 PROTECTED = 0x80  # a place of limits stays below it
 MIRRORED = 0x80  # the least value is minus the greatest
+NO_KEY = 0xFF
 
 
 def _key(setting: Setting) -> str:
@@ -35,6 +36,12 @@ def _limits(settings: Settings) -> tuple[bytes, dict[tuple[int, bytes], int], li
     if len(table) > PROTECTED:
         raise SpecError("settings.toml: too many ranges")
     return table, places, begins
+
+
+def _factory(settings: Settings) -> bytes:
+    """Keys whose factory value is not 0, each with its value; behind them no key."""
+    rows = (bytes([one.key]) + one.stored for one in settings.settings if one.default)
+    return b"".join(rows) + bytes([NO_KEY])
 
 
 def _members(settings: Settings) -> list[str]:
@@ -71,6 +78,7 @@ def header(spec: Spec, settings: Settings) -> str:
         f"    SETTINGS_LIMIT_BYTES   = {len(table)},",
         f"    SETTINGS_LIMITS_16     = {begins[1]}, /* where those of 16 bits begin */",
         f"    SETTINGS_LIMITS_32     = {begins[2]},",
+        f"    SETTINGS_FACTORY_BYTES = {len(_factory(settings))},",
         f"    SETTINGS_PROTECTED     = {PROTECTED}, /* not written by key */",
         f"    SETTINGS_MIRRORED      = {MIRRORED},",
         "};",
@@ -111,8 +119,9 @@ def header(spec: Spec, settings: Settings) -> str:
         " * width, little-endian. ROM */",
         "extern const uint8_t settings_limits[SETTINGS_LIMIT_BYTES];",
         "",
-        "/* As it leaves the factory. ROM */",
-        "extern const settings_t settings_factory;",
+        "/* What leaves the factory as another value than 0, by rising keys: the key, the value in",
+        " * its width, little-endian; behind the last one no key. ROM */",
+        "extern const uint8_t settings_factory[SETTINGS_FACTORY_BYTES];",
     ]
     return c_comment_head(spec) + "\n".join([*lines, "", "#endif", ""])
 
@@ -120,10 +129,6 @@ def header(spec: Spec, settings: Settings) -> str:
 def _bytes(data: bytes) -> list[str]:
     rows = [data[at : at + 16] for at in range(0, len(data), 16)]
     return ["    " + " ".join(f"0x{byte:02X}," for byte in row) for row in rows]
-
-
-def _literal(one: Setting) -> str:
-    return f"{one.default}U" if one.type[0] == "u" else str(one.default)
 
 
 def source(spec: Spec, settings: Settings) -> str:
@@ -150,7 +155,6 @@ def source(spec: Spec, settings: Settings) -> str:
         lines.append(f"    {{PLACE({one.member}), {place}{flag}}}, /* {one.full_name} */")
     lines += ["};", "", "const uint8_t settings_limits[SETTINGS_LIMIT_BYTES] PORT_ROM = {"]
     lines += [*_bytes(limits), "};", ""]
-    lines += ["const settings_t settings_factory PORT_ROM = {"]
-    lines += [f"    .{one.member} = {_literal(one)}," for one in settings.settings if one.default]
-    lines += ["};", ""]
+    lines += ["const uint8_t settings_factory[SETTINGS_FACTORY_BYTES] PORT_ROM = {"]
+    lines += [*_bytes(_factory(settings)), "};", ""]
     return c_comment_head(spec) + "\n".join(lines)

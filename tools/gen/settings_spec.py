@@ -42,6 +42,11 @@ class Setting:
         return int(self.type[1:]) // 8
 
     @property
+    def stored(self) -> bytes:
+        """The factory's value as a record holds it."""
+        return (self.default & (1 << 8 * self.width) - 1).to_bytes(self.width, "little")
+
+    @property
     def is_bool(self) -> bool:
         return self.choices is not None and self.choices.name == "bool"
 
@@ -57,11 +62,7 @@ class Settings:
     @property
     def payload(self) -> bytes:
         """The factory's settings as a record holds them."""
-        parts = (
-            (one.default & (1 << 8 * one.width) - 1).to_bytes(one.width, "little")
-            for one in self.settings
-        )
-        return b"".join(parts)
+        return b"".join(one.stored for one in self.settings)
 
 
 def _choices(spec: Spec, wire: Wire) -> dict[str, Group]:
