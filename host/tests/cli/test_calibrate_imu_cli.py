@@ -128,6 +128,7 @@ def test_a_rehearsal_tells_what_is_left_of_known_errors():
         (["--imu", "--mass", "0"], 2, "one after the other"),
         (["--self-test", "--dry-run"], 2, "changes nothing"),
         (["--rehearse", "3"], 2, "--rehearse goes with --imu"),
+        (["--level", "--imu"], 2, "--level stands for itself"),
         (["--imu"], 2, "nobody is there to ask"),
         (["--imu", "--from", "absent.terazi", "--dry-run"], 9, "absent.terazi"),
         (["--imu", "--from", "{npz}", "--dry-run", "--mag"], 9, "holds no magnetometer"),

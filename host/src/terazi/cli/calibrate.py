@@ -96,6 +96,12 @@ def calibrate(
         bool,
         typer.Option("--dry-run", help="With --imu or --mag: show what would be set, set nothing."),
     ] = False,
+    level: Annotated[
+        bool,
+        typer.Option(
+            "--level", help="How the IMU stands on the board: lay it as it will stand in use."
+        ),
+    ] = False,
     rehearse: Annotated[
         int,
         typer.Option(
@@ -115,7 +121,7 @@ def calibrate(
 
     Until the end the scale weighs as before, and ctrl-C leaves it so. With --mass and without a
     terminal, or with --yes, nothing is asked: each load is taken when it is there and stands.
-    With --imu, --mag or --self-test it is about the IMU. Resets the board.
+    With --imu, --mag, --level or --self-test it is about the IMU. Resets the board.
 
     [dim]Examples:[/]  terazi calibrate
     terazi calibrate --max 5kg --e 1g --mass 0 --mass 2kg --mass 5kg
@@ -131,7 +137,7 @@ def calibrate(
     from terazi.errors import UsageError
 
     asks = not yes and sys.stdin is not None and sys.stdin.isatty()
-    wish = Wish(imu, mag, self_test, board_free, six_only, source, dry_run, rehearse)
+    wish = Wish(imu, mag, self_test, board_free, six_only, source, dry_run, rehearse, level)
     wish.check()
     if wish.is_any:
         if mass or max_ or e or temperature or abort:

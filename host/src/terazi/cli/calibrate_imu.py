@@ -23,10 +23,11 @@ class Wish:
     source: Path | None
     dry_run: bool
     rehearse: int  # simulated boards; 0: a real one
+    level: bool
 
     @property
     def is_any(self) -> bool:
-        return self.imu or self.mag or self.self_test
+        return self.imu or self.mag or self.self_test or self.level
 
     def check(self) -> None:
         """Raises UsageError where options do not go together."""
@@ -44,6 +45,8 @@ class Wish:
             raise UsageError("--rehearse goes with --imu, and with nothing else")
         if self.board_free and self.six_only:
             raise UsageError("--board-free wants no faces, --six-only nothing else")
+        if self.level and (self.imu or self.mag or self.self_test or self.source):
+            raise UsageError("--level stands for itself: it wants the board as it is in use")
         if self.self_test and (self.mag or self.source or self.dry_run):
             raise UsageError("--self-test stands for itself: it changes nothing")
 
@@ -56,6 +59,14 @@ def run(wish: Wish, port: str | None, baud, asks: bool, wait_s: float, as_json: 
     terminal = RichTerminal(errors if as_json else out)
     if wish.rehearse:
         _rehearse(wish.rehearse, as_json)
+        return
+    if wish.level:
+        from terazi.calibration.imu.level import set_level
+
+        with board(port, baud) as link:
+            found = set_level(link, terminal, asks=asks, wait_s=wait_s, dry_run=wish.dry_run)
+        if as_json:
+            print(json.dumps({"settings": found.settings, "off_deg": found.off_deg}))
         return
     if wish.self_test:
         _self_test(port, baud, terminal, as_json)

@@ -10,6 +10,9 @@ quantise        constants as the device's settings, and what its integers make o
 fit             all of these over a sitting: settings, residuals, refusals
 show            what came of it, for people and scripts
 board           a live board's raw samples
+level           how the part stands on its board
+axes            how the magnetometer sits beside it
+rehearsal       simulated boards, and what a calibration leaves of their errors
 dialogue        the conversation
 recording       a recording in place of a live board
 self_test       the part's own test beside its trim codes

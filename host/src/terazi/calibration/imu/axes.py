@@ -73,17 +73,17 @@ def find_mag_axes(
     """
     if len(ups) < POSITIONS_LEAST:
         return None
-    up_b = np.array(ups) @ _turn(imu_code).T
+    up_b = np.array(ups) @ turn_of(imu_code).T
     fields = np.array(fields)
     fields = fields / np.linalg.norm(fields, axis=1)[:, None]
     spreads = {}
     for code in NAMES:
-        sines = np.clip(np.sum(up_b * (fields @ _turn(code).T), axis=1), -1.0, 1.0)
+        sines = np.clip(np.sum(up_b * (fields @ turn_of(code).T), axis=1), -1.0, 1.0)
         spreads[code] = float(np.degrees(np.arcsin(sines)).std())
     best, second, *_rest = sorted(spreads, key=spreads.get)
     return MagAxes(best, mag_code, spreads[best], spreads.get(mag_code, 90.0), spreads[second])
 
 
-def _turn(code: int) -> np.ndarray:
+def turn_of(code: int) -> np.ndarray:
     """(3, 3): the board's axes of a vector along the part's."""
     return ImuTurn(code).block(np.eye(3, dtype=np.int16)).T.astype(np.float64)
