@@ -75,12 +75,15 @@ void zupt_init(zupt_t *zupt, const zupt_config_t *config)
 
 void zupt_choose(zupt_t *zupt, uint8_t detector, uint8_t rate)
 {
-    const uint8_t  at   = (uint8_t)(detector - 1U);
-    const uint8_t *from = (const uint8_t *)&zupt_configs[at];
-    uint8_t       *to   = (uint8_t *)&zupt->config;
+    const uint8_t at = (uint8_t)(detector - 1U);
 
-    for (uint8_t left = sizeof(zupt_config_t); left != 0U; --left) {
-        *to++ = at < ZUPT_CONFIGS_LEN ? port_rom_u8(from++) : 0U;
+    zupt->config = (zupt_config_t){0};
+    if (at < ZUPT_CONFIGS_LEN) {
+        const uint8_t *from = (const uint8_t *)&zupt_configs[at];
+        uint8_t       *to   = (uint8_t *)&zupt->config;
+        for (uint8_t left = sizeof(zupt_config_t); left != 0U; --left) {
+            *to++ = port_rom_u8(from++);
+        }
     }
     zupt->config.stride = rate;
     zupt->wait          = 0U;
