@@ -3,6 +3,7 @@
 
 #include "fixed.h"
 #include "port_i16.h"
+#include "port_outline.h"
 #include "port_reach.h"
 
 enum {
@@ -130,7 +131,8 @@ static void end_round(rest_t *rest)
     rest->rounds = 0U;
 }
 
-uint8_t rest_update(rest_t *rest, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3])
+PORT_OUTLINE uint8_t rest_update(rest_t *rest, const int16_t gyro_b_counts[3],
+                                 const int16_t acc_b_counts[3])
 {
     const uint8_t visit  = rest->visit++;
     const bool    learns = rest->rounds == ROUND_LEARNS && (rest->flags & REST_AT_REST) != 0U;
