@@ -9,7 +9,7 @@ import pytest
 from host.tests.captures import CaptureMaker
 from host.tests.fake_imu import FakeImu
 from terazi.cshared import ImuCal
-from terazi.link.generated.messages import Attitude, AttitudeFlag, Imu, Setting
+from terazi.link.generated.messages import Attitude, AttitudeFlag, Imu, Mag, Setting
 from terazi.link.generated.settings import SettingKey
 from terazi.recorder import load_recording
 from terazi.replay import replay
@@ -181,6 +181,15 @@ def test_a_lost_attitude_is_no_harm_to_the_others(maker):
     assert result.is_bit_identical
     assert stages["attitude"].compared == 399
     assert whys == {}
+
+
+def test_behind_a_lost_field_nothing_of_the_attitude_is_known(maker):
+    path = maker.settings(imu_every=1)
+    lose = lambda message: isinstance(message, Mag) and message.sample == 300  # noqa: E731
+    result, stages, whys = replayed(path.imu(FakeImu(every=1, mag_every=10), 400, drop=lose).end())
+    assert result.is_bit_identical
+    assert stages["attitude"].compared == 299
+    assert whys == {"frames were lost on the way, and the filter's state with them": 101}
 
 
 @pytest.mark.parametrize(

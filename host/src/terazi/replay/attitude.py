@@ -21,10 +21,9 @@ from terazi.cshared.imu import AT_REST, BIAS_KNOWN
 from terazi.cshared.zupt import ZUPT_DETECTORS, Zupt
 from terazi.link.generated.messages import AttitudeFlag
 from terazi.recorder.inertial import Inertial, counts_of
-from terazi.replay.attitude_runs import LOST, Run, told_flags, unwrapped
+from terazi.replay.attitude_runs import LOST, Run, settings_at, told_flags
 
 RATES_HZ = {1: 500, 2: 1000}  # by imu.mode
-SAMPLE_PERIOD = 1 << 16
 ZUPT_NAMES = {number: name for name, number in ZUPT_DETECTORS.items()}
 
 
@@ -108,23 +107,36 @@ def _fields(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) the newest field at each sample of a run, and (n,) whether it is used there.
 
-    It is used until the magnetometer is gone, which ATTITUDE tells by HEADING.
+    It is used until the magnetometer is gone, which ATTITUDE tells by HEADING. Where a chain begins
+    anew the field stays, as it was calibrated before.
     """
-    count = run.end - run.begin
-    mag, imu, place = inertial.mag, inertial.imu, slice(run.begin, run.end)
-    mine = np.flatnonzero(mag["boot"] == imu["boot"][run.begin]) if count else np.zeros(0, int)
+    mag, imu, count = inertial.mag, inertial.imu, run.end - run.begin
+    is_past = mag["order"] < (imu["order"][run.until] if run.until < len(imu["order"]) else np.inf)
+    mine = np.flatnonzero((mag["boot"] == run.boot) & is_past)
     if not len(mine):
         return np.zeros((count, 3), np.int16), np.zeros(count, bool)
-    fields = _calibrated(counts_of(mag)[mine], values, "mag", "mag")
-    numbers = unwrapped(imu["sample"][place])
-    follows = np.searchsorted(imu["order"][place], mag["order"][mine])
-    near = numbers[np.clip(follows, 0, count - 1)]
-    half = SAMPLE_PERIOD // 2
-    used_from = near + (mag["sample"][mine].astype(np.int64) - near + half) % SAMPLE_PERIOD - half
-    used_from[follows == 0] = numbers[0] - 1  # of the chain before this one
-    newest = np.searchsorted(used_from, numbers, side="right") - 1
+    # A MAG comes behind the IMU of the sample with which it is first used.
+    used_from = np.searchsorted(imu["order"][: run.until], mag["order"][mine]) - 1 - run.begin
+    newest = np.searchsorted(used_from, np.arange(count), side="right") - 1
+    fields = np.empty((len(mine), 3), np.int16)
+    is_old = used_from < 0
+    fields[~is_old] = _calibrated(counts_of(mag)[mine[~is_old]], values, "mag", "mag")
+    if is_old.any():
+        last = mine[is_old][-1:]
+        before = settings_at(inertial, int(mag["order"][last[0]]))
+        fields[np.count_nonzero(is_old) - 1] = _calibrated(
+            counts_of(mag)[last], before, "mag", "mag"
+        )
     has_heading = told_flags(inertial, run, AttitudeFlag.HEADING)
-    had_heading = np.maximum.accumulate(has_heading)
-    is_fresh = (newest >= 0) & (used_from[np.clip(newest, 0, None)] >= numbers[0])
-    is_used = (newest >= 0) & (has_heading | (is_fresh & ~had_heading))
-    return fields[np.clip(newest, 0, None)], is_used
+    # Until a heading was told in this chain, it may be that the field was no good for one.
+    is_quiet = ~np.maximum.accumulate(has_heading)
+    is_kept = (used_from[np.clip(newest, 0, None)] >= 0) | _had_heading(inertial, run)
+    return fields[np.clip(newest, 0, None)], (newest >= 0) & (has_heading | (is_quiet & is_kept))
+
+
+def _had_heading(inertial: Inertial, run: Run) -> bool:
+    """Whether the last ATTITUDE before a run told a heading."""
+    attitude = inertial.attitude
+    before = attitude["order"] < inertial.imu["order"][run.begin]
+    at = np.flatnonzero(before & (attitude["boot"] == run.boot))
+    return bool(len(at) and attitude["flags"][at[-1]] & int(AttitudeFlag.HEADING))

@@ -68,10 +68,13 @@ def _whole(inertial: Inertial, run: Run) -> Run:
     missed = np.diff(unwrapped(imu["sample"][place])) - 1
     was_lost = np.diff(imu["lost"][place]) > 0
     is_told = told_flags(inertial, run, AttitudeFlag.GAP)[1:]
-    broken = np.flatnonzero((missed > 0) & (was_lost | ~is_told))
+    has_fields = bool((inertial.mag["boot"] == run.boot).any())  # any frame may have been one
+    broken = np.flatnonzero((missed > 0) & (was_lost | ~is_told) | has_fields & was_lost)
     if len(broken):
         why = "frames were lost on the way, and the filter's state with them"
-        run = replace(run, end=run.begin + 1 + int(broken[0]), why=why)
+        # A field comes behind the sample with which it is used first.
+        known = int(broken[0]) + (not (has_fields and was_lost[broken[0]]))
+        run = replace(run, end=run.begin + known, why=why)
     # An IMU that was away counts no samples meanwhile.
     away = told_flags(inertial, run, AttitudeFlag.RESTARTED)[1:]
     away |= np.diff(imu["device_us"][run.begin : run.end]) > GAP_MAX_US
