@@ -81,7 +81,7 @@ static checkweigher_event_t product; /* what the last sample meant to the checkw
 /* No weight until what comes now has settled. */
 static COMPACT void distrust(void)
 {
-    scale_interrupt(&weighing_scale);
+    scale_interrupt(PORT_REACH(&weighing_scale));
 }
 
 /* What follows is not connected with what was: the next conversion starts the filters anew. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "port_reach.h"
 #include "setup.h"
 #include "weighing.h"
 #include "weighing_internal.h"
@@ -38,28 +39,28 @@ static COMPACT uint8_t remember(scale_status_t status)
 
 uint8_t weighing_zero(void)
 {
-    return remember(scale_zero(&weighing_scale));
+    return remember(scale_zero(PORT_REACH(&weighing_scale)));
 }
 
 uint8_t weighing_tare(void)
 {
-    return remember(scale_tare(&weighing_scale));
+    return remember(scale_tare(PORT_REACH(&weighing_scale)));
 }
 
 uint8_t weighing_tare_clear(void)
 {
-    scale_tare_clear(&weighing_scale);
+    scale_tare_clear(PORT_REACH(&weighing_scale));
     return remember(SCALE_OK);
 }
 
 uint8_t weighing_view(uint8_t view)
 {
-    return result_of(scale_show(&weighing_scale, (scale_show_t)view));
+    return result_of(scale_show(PORT_REACH(&weighing_scale), (scale_show_t)view));
 }
 
 uint8_t weighing_count_pieces(uint16_t pieces)
 {
-    return result_of(scale_count_out(&weighing_scale, pieces));
+    return result_of(scale_count_out(PORT_REACH(&weighing_scale), pieces));
 }
 
 uint8_t weighing_reset_counts(void)
@@ -118,17 +119,17 @@ uint8_t weighing_calibrate_end(void)
 
 uint8_t weighing_point(messages_point_t *point)
 {
-    const uint8_t  at        = point->index;
-    const int32_t *counts_q7 = setup.scale.point_counts_q7, *mass_mg = setup.scale.point_mass_mg;
-    uint8_t        count = setup.scale.points;
+    const uint8_t         at        = point->index;
+    const scale_config_t *config    = PORT_REACH(&setup.scale);
+    const int32_t        *counts_q7 = config->point_counts_q7;
+    uint8_t               count     = config->points;
 
     if (weighing_calibrating) {
         counts_q7 = weighing_beside.calibration.counts_q7;
-        mass_mg   = weighing_beside.calibration.mass_mg;
         count     = weighing_beside.calibration.count;
     }
     if (at >= count) { return MESSAGES_RESULT_NOTHING_THERE; }
     point->counts_q7 = counts_q7[at];
-    point->mass_mg   = mass_mg[at];
+    point->mass_mg   = counts_q7[at + SCALE_POINTS_MAX]; /* in both, masses stand behind counts */
     return MESSAGES_RESULT_OK;
 }

@@ -75,7 +75,7 @@ static void pace(checkweigher_t *checkweigher)
     checkweigher->interval_32us = mean - (mean >> MEAN_SHIFT) + (elapsed_us >> 8);
 }
 
-static checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t elapsed_us)
+static COMPACT checkweigher_event_t finish(checkweigher_t *checkweigher, uint32_t elapsed_us)
 {
     const uint8_t len = stretch(checkweigher, elapsed_us);
 

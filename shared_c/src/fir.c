@@ -47,7 +47,7 @@ void fir_init(fir_t *fir, const fir_config_t *config, int32_t first_counts)
     fir->clipped = 0U;
     first_counts = fixed_clamp_counts(first_counts, &fir->clipped); /* it counts once */
     do {
-        take(fir, first_counts);
+        port_fir_take(fir, first_counts, &fir_lowpass32);
     } while (fir->next != 0U);
 }
 
