@@ -90,13 +90,6 @@ void zupt_choose(zupt_t *zupt, uint8_t detector, uint8_t rate)
     zupt_interrupt(zupt);
 }
 
-/* Gives the sum's upper byte, whose sign is the sum's. The square first: it comes in its place. */
-static PORT_OUTLINE int8_t add(int32_t squares, zupt_t *zupt)
-{
-    zupt->squares += squares; /* below 2^31 whatever comes, as it begins below zero (notes) */
-    return (int8_t)(zupt->squares >> 24);
-}
-
 static void judge(zupt_t *zupt)
 {
     const uint8_t detector = zupt->config.detector;
@@ -107,7 +100,7 @@ static void judge(zupt_t *zupt)
         if (detector == ZUPT_SHOE) { more = off_gravity(mean); }
         more -= mean >> 2; /* ZUPT_BLOCK: sum |a - m|^2 = sum |a|^2 - |sum a|^2 / n */
     }
-    if (add(more, zupt) >= 0) {
+    if (zupt->squares + more >= 0) {
         zupt_interrupt(zupt);
         return;
     }
@@ -142,7 +135,7 @@ static void gather(zupt_t *zupt, const int16_t vector[AXES], uint8_t weight, boo
     }
     int32_t square = port_dot(vector, vector) * weight; /* 3 * 2^24, weighed 3 * 2^28 at most */
     if (zupt->config.detector == ZUPT_MAGNITUDE) { square = off_gravity(square); }
-    (void)add(square, zupt);
+    zupt->squares += square; /* below 2^31 whatever comes, as it begins below zero (notes) */
 }
 
 uint8_t zupt_update(zupt_t *zupt, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3])
