@@ -2,7 +2,7 @@
 /* magnetometer - QMC5883L (address 0x0D) or HMC5883L (0x1E), told apart by where somebody answers.
  *
  * Model     a guest of mpu6050_motion on the bus: three writes set the part to continuous
- *           measurement, then it is read 65 times a second. The writes are made again every second,
+ *           measurement, then it is read 70 times a second. The writes are made again every second,
  *           so that a part that was reset measures on. QST QMC5883L datasheet 1.0, pp. 16-18:
  *           100 Hz, 512 samples a measurement, interrupt off, set and reset as advised. Honeywell
  *           HMC5883L datasheet rev. E, pp. 12-15: 75 Hz, gain of its power-up
