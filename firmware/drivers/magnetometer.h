@@ -3,7 +3,7 @@
  *
  * Model     a guest of mpu6050_motion on the bus: three writes set the part to continuous
  *           measurement, then it is read 70 times a second. The writes are made again every second,
- *           so that a part that was reset measures on. QST QMC5883L datasheet 1.0, pp. 16-18:
+ *           so that a part that was reset measures on. QST QMC5883L datasheet 1.0, section 9:
  *           100 Hz, 512 samples a measurement, interrupt off, set and reset as advised. Honeywell
  *           HMC5883L datasheet rev. E, pp. 12-15: 75 Hz, gain of its power-up
  * Formats   counts, int16, axes of the part; QMC5883L 3000 a gauss (+-8 G), HMC5883L 1090 (+-1.3 G)
