@@ -13,6 +13,7 @@ import numpy as np
 
 from terazi.applications.attitude.calibrated import PLACES, setting_names
 from terazi.errors import CalibrationRefused
+from terazi.link.generated.settings import SETTINGS_BY_NAME
 
 ROW_MAX = 32767  # sum of |D| in Q16, imu_cal.h
 OFFSET_MAX_COUNTS = 4095
@@ -35,10 +36,20 @@ def settings_of(group: str, constants: Constants) -> dict[str, int]:
     """Settings by name. Raises CalibrationRefused where the device cannot hold them."""
     d_q16 = np.rint((constants.matrix - np.eye(3)) * (1 << 16)).astype(int)
     after_counts = constants.matrix @ constants.offset_counts
-    if np.abs(d_q16).sum(axis=1).max() > ROW_MAX:
+    values = [int(d_q16[place]) for place in PLACES[group]]
+    bounds = [SETTINGS_BY_NAME[name] for name in setting_names(group)]
+    is_held = all(
+        bound.minimum <= value <= bound.maximum
+        for value, bound in zip(values, bounds, strict=False)
+    )
+    if not is_held or np.abs(d_q16).sum(axis=1).max() > ROW_MAX:
+        most = float(np.abs(constants.matrix - np.eye(3)).max())
         raise CalibrationRefused(
-            f"the {SENSORS[group]}'s scale or axes are off by a half: that is no calibration",
-            remedy="Is it the part that the firmware takes it for? `terazi info` says which.",
+            f"the {SENSORS[group]}'s scale or axes are off by {most:.0%}: more than the device can "
+            "put right",
+            remedy="Move it away from iron and magnets."
+            if group == "mag"
+            else "Is it the part that the firmware takes it for? `terazi info` says which.",
         )
     if np.abs(after_counts).max() > OFFSET_MAX_COUNTS:
         raise CalibrationRefused(
@@ -48,6 +59,5 @@ def settings_of(group: str, constants: Constants) -> dict[str, int]:
             if group == "mag"
             else "The part may be broken: try `terazi calibrate --imu --self-test`.",
         )
-    values = [int(d_q16[place]) for place in PLACES[group]]
     values += np.rint(after_counts * 8).astype(int).tolist()
     return dict(zip(setting_names(group), values, strict=True))
