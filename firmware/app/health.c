@@ -17,7 +17,7 @@ __attribute__((noinline)) void health_note(uint16_t mask, uint16_t faults)
     it->seen |= faults;
 }
 
-void health_note_one(uint16_t fault, bool holds)
+__attribute__((noinline)) void health_note_one(uint16_t fault, bool holds)
 {
     health_note(fault, holds ? fault : 0U);
 }

@@ -35,7 +35,7 @@ static COMPACT void put(char character)
     uart_put((uint8_t)character);
 }
 
-static COMPACT void put_number(int32_t value, uint8_t decimals)
+static void put_number(int32_t value, uint8_t decimals)
 {
     const uint32_t *rom_power = powers;
     bool            begun     = false;

@@ -79,7 +79,7 @@ int32_t                     weighing_last_counts_q7;
 static checkweigher_event_t product; /* what the last sample meant to the checkweigher */
 
 /* No weight until what comes now has settled. */
-static COMPACT void distrust(void)
+static void distrust(void)
 {
     scale_interrupt(PORT_REACH(&weighing_scale));
 }
@@ -134,7 +134,7 @@ bool weighing_setup(bool running)
     return true;
 }
 
-COMPACT bool weighing_setup_key(uint8_t key)
+bool weighing_setup_key(uint8_t key)
 {
     if (key < SETTINGS_KEY_CHAIN_ORDER) {
         return weighing_renew(&weighing_scale.zero_mg, true) == SCALE_OK;
@@ -150,7 +150,7 @@ COMPACT bool weighing_setup_key(uint8_t key)
 }
 
 /* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */
-static COMPACT bool take_time(uint32_t device_us)
+static bool take_time(uint32_t device_us)
 {
     const uint32_t interval_us = device_us - shared.rest.beat.previous_us;
     const bool     had_beat    = shared.rest.beat.has_beat;
@@ -170,7 +170,7 @@ static COMPACT bool take_time(uint32_t device_us)
 }
 
 /* What a filter has counted goes to where no restart clears it. */
-static COMPACT void gather(uint16_t *total, uint16_t *clipped)
+static void gather(uint16_t *total, uint16_t *clipped)
 {
     counter_add(total, *clipped);
     *clipped = 0;
@@ -242,8 +242,8 @@ static uint8_t faults_to_tell(void)
     return shared.rest.ringing != 0U ? held & (uint8_t)~FAULTS_NOISE : held;
 }
 
-COMPACT bool weighing_take(messages_sample_t *sample, hx711_status_t status,
-                           const hx711_conversion_t *conversion)
+bool weighing_take(messages_sample_t *sample, hx711_status_t status,
+                   const hx711_conversion_t *conversion)
 {
     const uint32_t device_us = conversion->device_us;
     faults_event_t event     = (faults_event_t)status;
@@ -342,7 +342,7 @@ bool weighing_awaits_temperature(void)
     return setup.temperature.on != 0U && !shared.rest.temperature.known && !shared.rest.is_missing;
 }
 
-COMPACT void weighing_temperature(int16_t centi)
+void weighing_temperature(int16_t centi)
 {
     if (!shared.rest.temperature.known && setup.temperature.on != 0U) {
         restart();
