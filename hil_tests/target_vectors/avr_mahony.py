@@ -10,29 +10,26 @@ from target_vectors.avr_core import AvrCore
 
 SAMPLES_PER_REQUEST = 7
 COUNTS = ("acc_zero", "railed", "mag_refused", "mag_disturbed", "gaps")
-# mahony_config_t's fields in order; the chip pads nothing.
+# mahony_modes_config_t's fields in order; the chip pads nothing.
 CONFIG_LAYOUT = {
     "gyro_q33": "H",
     "square": "H",
     "cubic": "H",
-    "steps": "B",
-    "mode": "B",
     "lowpass_q16": "H",
     "correct_q18": "H",
-    "integral": "H",
-    "ramp_len": "H",
-    "ramp_step_q12": "H",
-    "gap_max": "H",
     "acc_one_g": "H",
-    "mag_times_64": "B",
+    "ramp_mask": "B",
+    "gap_max": "B",
+    "start_shift": "B",
     "mag_correct_q21": "H",
-    "mag_smooth_q16": "H",
     "mag_learn_q16": "H",
     "mag_recover_len": "H",
     "mag_accept_len": "H",
     "mag_reject_len": "H",
-    "mag_settle_len": "H",
     "moving_min": "H",
+    "steps": "B",
+    "mode": "B",
+    "integral": "H",
 }
 
 

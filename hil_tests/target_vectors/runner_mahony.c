@@ -9,9 +9,9 @@
 #include <string.h>
 
 enum {
-    OP_INIT         = '0', /* axes u8, mahony_config_t as the chip lays it out -> accepted u8 */
-    OP_UPDATE       = '1', /* n x sample_t -> n x result_t */
-    OP_COUNTS       = '2', /* -> mahony_counts_t */
+    OP_INIT   = '0', /* axes u8, mahony_modes_config_t as the chip lays it out -> accepted u8 */
+    OP_UPDATE = '1', /* n x sample_t -> n x result_t */
+    OP_COUNTS = '2', /* -> mahony_counts_t */
     OP_ACCELERATION = '3', /* acc 3 i16 -> free of gravity 3 i16 */
     OP_CHAIN_START  = '4', /* rest begins */
     OP_CHAIN        = '5'  /* n x sample_t, the bias from rest: what the budget measures */
@@ -28,19 +28,19 @@ typedef struct {
     int16_t roll_q13, pitch_q13, yaw_q13;
 } result_t;
 
-static mahony_config_t config;
-static mahony_t        mahony;
-static mahony_euler_t  euler;
-static rest_config_t   rest_config;
-static rest_t          rest;
-static uint8_t         axes;
+static mahony_modes_config_t config;
+static mahony_modes_t        modes;
+static mahony_euler_t        euler;
+static rest_config_t         rest_config;
+static rest_t                rest;
+static uint8_t               axes;
 
 static uint8_t init(uint8_t buffer[])
 {
     axes = buffer[0];
     memcpy(&config, &buffer[1], sizeof config);
-    buffer[0] = mahony_is_lawful(&config);
-    if (buffer[0]) { mahony_init(&mahony, &config); }
+    buffer[0] = mahony_modes_is_lawful(&config);
+    if (buffer[0]) { mahony_modes_init(&modes, &config); }
     memset(&euler, 0, sizeof euler);
     return 1;
 }
@@ -54,11 +54,11 @@ static uint8_t update(uint8_t buffer[], uint8_t len)
         result_t result;
 
         memcpy(&sample, &buffer[at], sizeof sample); /* longer than the result: never overtaken */
-        if (sample.gap_samples != 0U) { mahony_gap(&mahony, sample.gap_samples); }
-        mahony_update(&mahony, sample.gyro, sample.acc, sample.bias_q16);
-        if (axes == 9U) { mahony_update_mag(&mahony, sample.mag); }
-        mahony_quaternion(&mahony, result.quat_wb_q30);
-        mahony_euler(&mahony, &euler);
+        if (sample.gap_samples != 0U) { mahony_modes_gap(&modes, sample.gap_samples); }
+        mahony_modes_update(&modes, sample.gyro, sample.acc, sample.bias_q16);
+        if (axes == 9U) { mahony_update_mag(&modes.mahony, sample.mag); }
+        mahony_quaternion(&modes.mahony, result.quat_wb_q30);
+        mahony_euler(&modes.mahony, &euler);
         result.roll_q13  = euler.roll_q13;
         result.pitch_q13 = euler.pitch_q13;
         result.yaw_q13   = euler.yaw_q13;
@@ -75,14 +75,14 @@ static sample_t sample;
 __attribute__((noinline)) static void attitude6(void)
 {
     rest_update(&rest, sample.gyro, sample.acc);
-    mahony_update(&mahony, sample.gyro, sample.acc, rest.bias_q16);
+    mahony_update(&modes.mahony, sample.gyro, sample.acc, rest.bias_q16);
 }
 
 __attribute__((noinline)) static void attitude9(void)
 {
     rest_update(&rest, sample.gyro, sample.acc);
-    mahony_update(&mahony, sample.gyro, sample.acc, rest.bias_q16);
-    mahony_update_mag(&mahony, sample.mag);
+    mahony_update(&modes.mahony, sample.gyro, sample.acc, rest.bias_q16);
+    mahony_update_mag(&modes.mahony, sample.mag);
 }
 
 static uint8_t chain(const uint8_t buffer[], uint8_t len)
@@ -110,7 +110,7 @@ static uint8_t free_acceleration(uint8_t buffer[])
     int16_t acc[3], free_b[3];
 
     memcpy(acc, buffer, sizeof acc);
-    mahony_free_acceleration(&mahony, acc, free_b);
+    mahony_free_acceleration(&modes.mahony, acc, free_b);
     memcpy(buffer, free_b, sizeof free_b);
     return sizeof free_b;
 }
@@ -121,8 +121,8 @@ uint8_t runner_mahony_serve(uint8_t op, uint8_t buffer[], uint8_t len)
     case OP_INIT: return init(buffer);
     case OP_UPDATE: return update(buffer, len);
     case OP_COUNTS:
-        memcpy(buffer, &mahony.counts, sizeof mahony.counts);
-        return sizeof mahony.counts;
+        memcpy(buffer, &modes.mahony.counts, sizeof modes.mahony.counts);
+        return sizeof modes.mahony.counts;
     case OP_ACCELERATION: return free_acceleration(buffer);
     case OP_CHAIN_START: return start_chain();
     case OP_CHAIN: return chain(buffer, len);

@@ -14,11 +14,13 @@
  *           quat_wb takes body vectors to world, scalar first
  * Formats   gyr: int16, scale in the configuration (one of +-250..2000 deg/s)
  *           acc: int16, specific force, at rest +1 g upwards; +-8 or +-16 g is advised, because
- *                only what is not clipped averages to zero.    mag: int16, calibrated
+ *                only what is not clipped averages to zero
+ *           mag: int16, calibrated, up to 11585 counts along any axis of the world
  *           bias_q16: what `rest` has learnt, gyr LSB Q16, |bias| <= 2^25 (512 LSB)
  * Accuracy  against float64 with the same constants: notes/mahony.md
- * Start     from the first acceleration that is not zero, at any attitude; heading from the first
- *           lawful field. Gains begin tenfold and fall to one during the ramp
+ * Start     acceleration stands the estimate upright at once for MAHONY_START_LEN blocks, half a
+ *           second, at any attitude; then gains fall from eightfold to one. The heading begins as
+ *           it is and is the field's after some 4000 samples of it
  * Bad data  counted in `counts`: acceleration exactly zero is skipped, rails of gyr and acc are
  *           used as they are, a field that is zero or vertical is skipped, a disturbed field is
  *           bridged. After lost samples call mahony_gap. update cannot fail; counters stop at 65535
@@ -32,39 +34,28 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum {
-    MAHONY_SECOND_ORDER = 0,
-    MAHONY_LINEAR       = 1,
-    MAHONY_CLASSIC      = 2,
-};
-
 /* Constants for one rate: of spec/mahony.toml by ./dev gen, for any other rate of
  * terazi.design.mahony. In the caller's memory for as long as the filter. */
 typedef struct {
     uint16_t gyro_q33;        /* half angle of a gyroscope's count in one step, 1..16128 */
     uint16_t square;          /* 1 - cosine in Q33, by |rate|^2 / 2^16: gyro_q33^2 / 2^18, <= 993 */
     uint16_t cubic;           /* loss of gyro_q33 in Q16, by 1 - cosine in Q17; <= 2700 */
-    uint8_t  steps;           /* a sample, 1..255: more than one below 284 Hz at 2000 deg/s */
-    uint8_t  mode;            /* MAHONY_SECOND_ORDER .. MAHONY_CLASSIC */
-    uint16_t lowpass_q16;     /* lp dt, <= 32767; 0 but for the second order */
+    uint16_t lowpass_q16;     /* lp dt, <= 4095; 0 but for the second order */
     uint16_t correct_q18;     /* kp dt, by g in Q25: 2048 counts a g; 1..4095 */
-    uint16_t integral;        /* ki: loss of bias in Q24, by turn in Q19, <= 32767; 0: off */
-    uint16_t ramp_len;        /* of the ramp, in MAHONY_RAMP_BLOCK samples */
-    uint16_t ramp_step_q12;   /* 9 / ramp_len; ramp_len ramp_step_q12 <= 65535 */
-    uint16_t gap_max;         /* samples bridged with the last rate; after more: start anew */
     uint16_t acc_one_g;       /* counts a g, <= 32767 */
-    uint8_t  mag_times_64;    /* 1: the field is counted in less than 512 counts; 0: in more */
-    uint16_t mag_correct_q21; /* dt / (2 tau) of the heading, <= 16383; this and what follows by */
-    uint16_t mag_smooth_q16;  /* MAHONY_MAG_BLOCK samples.  dt / 50 ms, <= 32767 */
-    uint16_t mag_learn_q16;   /* dt / 20 s, <= 32767 */
+    uint8_t  ramp_mask;       /* samples of each block of start and ramp, 2^n, less 1 */
+    uint8_t  gap_max;         /* samples bridged with the last rate; after more: start anew */
+    uint8_t  start_shift;     /* rate by which a start turns: acc in Q14 by 2^this; <= 30 */
+    uint16_t mag_correct_q21; /* dt / (2 tau) of the heading, by two samples, <= 14000 */
+    uint16_t mag_learn_q16;   /* dt / 20 s, <= 32767; this and what follows by blocks */
     uint16_t mag_recover_len; /* 0.5 s */
     uint16_t mag_accept_len;  /* 20 s */
     uint16_t mag_reject_len;  /* 60 s */
-    uint16_t mag_settle_len;  /* 1 s: no rejection before */
     uint16_t moving_min;      /* counts of 20 deg/s, <= 32767 */
 } mahony_config_t;
 
-enum { MAHONY_RAMP_BLOCK = 16, MAHONY_MAG_BLOCK = 8 };
+/* Blocks of a start and of the ramp after it, and samples of a field's block. */
+enum { MAHONY_START_LEN = 3, MAHONY_RAMP_LEN = 12, MAHONY_MAG_BLOCK = 8 };
 
 enum { MAHONY_ACC_ZERO = 1, MAHONY_RAILED = 2 };
 
@@ -105,44 +96,34 @@ typedef struct {
     uint16_t gaps;          /* calls of mahony_gap */
 } mahony_counts_t;
 
-/* A field: norm in counts (or 1/64), limited to 2^15, and sine of its elevation in Q15. */
+/* A field's level and upward part, counts Q16. */
 typedef struct {
-    int32_t norm_q16;
-    int32_t dip_q31;
+    int32_t part_q16[2];
 } mahony_field_t;
 
-/* The magnetometer's part. Each sample adds its level part to a block; an eighth of the work on the
- * block before is done beside, so that samples cost much the same. */
+/* The magnetometer's part. Each sample adds its level part to a block; the work on the block before
+ * is done beside, a part in each of its samples, so that they cost much the same. */
 typedef struct {
-    int32_t        east_sum, north_sum; /* of this block, counts or 1/64 */
-    int16_t        east, north;         /* mean of the block before */
-    uint32_t       level2;              /* square of that */
-    int16_t        up;                  /* along the vertical */
-    int16_t        norm, dip_q15;       /* of the block before */
-    mahony_field_t smooth;              /* smoothed by 50 ms */
-    mahony_field_t reference;           /* the undisturbed field */
-    mahony_field_t candidate;           /* perhaps a new reference */
-    uint16_t       undisturbed;         /* blocks since the last that was disturbed */
-    uint16_t       accepted;            /* blocks in motion for which the candidate has held */
-    uint16_t       rejected;            /* blocks of rejection; falls twice as fast afterwards */
-    uint16_t       settling;            /* blocks until rejection begins */
-    uint16_t       correct_q21;         /* the heading's gain: of the configuration, raised; or 0 */
-    int16_t        turn_q21;            /* correction of the heading, half angle */
-    uint16_t       turn_res;            /* carry of the heading's correction */
-    uint8_t        phase;               /* sample of this block, 0..MAHONY_MAG_BLOCK - 1 */
-    bool           refused;             /* the block before has no heading */
-    bool           whole;               /* there is a block before */
-    bool           started;             /* heading and reference are set */
+    int32_t  sum_q6[2];  /* east and north, of this block */
+    int16_t  mean_q1[2]; /* of the block before; then the azimuth's sine, Q14, in east's place */
+    uint16_t level_q1;   /* length of that; 0: refused */
+    int16_t  now[2];     /* level and upward part, counts */
+    mahony_field_t reference;   /* the undisturbed field */
+    mahony_field_t candidate;   /* perhaps a new reference */
+    uint16_t       undisturbed; /* blocks since the last that was disturbed */
+    uint16_t       accepted;    /* blocks in motion for which the candidate has held */
+    uint16_t       rejected;    /* blocks of rejection, less those without */
+    uint16_t       raised_q21;  /* the heading's gain, high at first; 0: no reference yet */
+    uint16_t       correct_q21; /* the same, none or half of it where disturbed */
+    uint16_t       turn_res;    /* carry of the heading's correction */
+    uint8_t        phase;       /* sample of this block, 0..MAHONY_MAG_BLOCK - 1 */
+    bool           whole;       /* there is a block before */
 } mahony_mag_t;
 
 typedef struct {
     const mahony_config_t *config;
+    uint8_t                ramp_left; /* blocks until gains are one; above MAHONY_RAMP_LEN: start */
     mahony_step_t          step;
-    int32_t                integral_q22[3]; /* bias by ki, gyr LSB, |.| <= 328 LSB (20 deg/s) */
-    uint16_t               integral_res;
-    uint16_t               ramp_left; /* blocks until gains are one */
-    bool                   started;   /* attitude is set */
-    bool                   usual;     /* nothing to do but a step: see mahony_update */
     mahony_mag_t           mag;
     mahony_counts_t        counts;
 } mahony_t;
@@ -167,6 +148,9 @@ void mahony_gap(mahony_t *mahony, uint16_t samples);
 /* The attitude, Q30, norm 1 within 1e-6. */
 void mahony_quaternion(const mahony_t *mahony, int32_t quat_wb_q30[4]);
 
+/* The vertical in body axes: third row of the rotation matrix. */
+void mahony_up(const mahony_t *mahony, int16_t up_b_q14[3]);
+
 /* acc less gravity, in body axes and acc LSB, limited to int16. */
 void mahony_free_acceleration(const mahony_t *mahony, const int16_t acc_b_counts[3],
                               int16_t free_b_counts[3]);
@@ -183,5 +167,35 @@ typedef struct {
 } mahony_euler_t;
 
 void mahony_euler(const mahony_t *mahony, mahony_euler_t *euler);
+
+/* The same filter in all its modes, at low rates too; a source of its own, which a device that runs
+ * the second order in one step a sample does not link. What is above takes `mahony`. */
+enum {
+    MAHONY_SECOND_ORDER = 0,
+    MAHONY_LINEAR       = 1,
+    MAHONY_CLASSIC      = 2,
+};
+
+typedef struct {
+    mahony_config_t usual;
+    uint8_t         steps;    /* a sample, 1..255: more than one below 284 Hz at 2000 deg/s */
+    uint8_t         mode;     /* MAHONY_SECOND_ORDER .. MAHONY_CLASSIC */
+    uint16_t        integral; /* ki: loss of bias in Q24, by turn in Q19, <= 32767; 0: off */
+} mahony_modes_config_t;
+
+typedef struct {
+    mahony_t                     mahony;
+    const mahony_modes_config_t *config;
+    int32_t                      integral_q22[3]; /* bias by ki, LSB, |.| <= 328 LSB (20 deg/s) */
+    uint16_t                     integral_res;
+} mahony_modes_t;
+
+/* The bounds above hold, so that nothing overflows. */
+bool mahony_modes_is_lawful(const mahony_modes_config_t *config);
+
+void mahony_modes_init(mahony_modes_t *modes, const mahony_modes_config_t *config);
+void mahony_modes_update(mahony_modes_t *modes, const int16_t gyro_b_counts[3],
+                         const int16_t acc_b_counts[3], const int32_t bias_q16[3]);
+void mahony_modes_gap(mahony_modes_t *modes, uint16_t samples);
 
 #endif

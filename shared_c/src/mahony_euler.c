@@ -6,6 +6,7 @@
  * Both amplitudes are at least zero, and pitch / 2 + 45 deg is the angle between them: no arcsine,
  * so that nothing is lost near 90 deg.  The norm does not matter. */
 #include "mahony_internal.h"
+#include "port_hot.h"
 #include "port_rom.h"
 
 #define HALF_TURN    UINT16_C(0x8000) /* angles are in 2^-16 of a turn: sums wrap by themselves */

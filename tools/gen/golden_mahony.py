@@ -13,6 +13,7 @@ from tools.gen.golden import SEED, Draft
 
 ORIGIN = "terazi.models.exact_mahony, the contracts of the headers in unbounded integers"
 LOW, HIGH = -32768, 32767
+RATE_HZ = 285.714285714
 COLUMNS = (
     {"gap_samples": "missing before this one"}
     | {f"gyro_{axis}_counts": "counts, int16" for axis in "xyz"}
@@ -108,26 +109,29 @@ def pitching(count: int) -> list[Sample]:
 def cases() -> dict[str, tuple[str, int, dict, list[Sample]]]:
     """name -> (what it shows, axes, configuration, samples)."""
     rng = random.Random(SEED + 30)
-    fast = design.named("286hz")
+    usual = design.named("286hz")
+    fast = design.config_at(RATE_HZ, ramp_s=0.1)  # a start of 6 samples
     broken = bad(rng, 160)
-    linear, classic = (design.named(f"286hz_{mode}") for mode in ("linear", "classic"))
-    with_ki = design.config_at(285.714285714, ki_rad_s2=0.01)
+    linear, classic = (design.config_at(RATE_HZ, mode, ramp_s=0.1) for mode in design.MODES[1:])
+    calm = design.config_at(RATE_HZ, ramp_s=0.25)  # of 24
+    with_ki = design.config_at(RATE_HZ, ki_rad_s2=0.01, ramp_s=0.1)
+    slow, quick = design.config_at(100.0, ramp_s=0.1), design.config_at(1000.0, ramp_s=0.05)
     moved = moved_to_another_field(320, 100.0)
     tilted, turned_over = (500, -900, 1770), (60, -40, -2048)
-    short = design.config_at(100.0, settle_s=0.1, recover_s=0.05, accept_s=0.1, reject_s=0.2)
+    short = design.config_at(100.0, ramp_s=0.1, recover_s=0.05, accept_s=0.1, reject_s=0.2)
     magnet = at_rest(rng, 80) + at_rest(rng, 60, field=(3000, 2500, -4000)) + at_rest(rng, 60)
     return {
-        "rest": ("at rest, tilted: start, ramp, carries", 6, fast, at_rest(rng, 120, tilted)),
-        "upside_down": ("start with the board on its back", 6, fast, at_rest(rng, 20, turned_over)),
+        "rest": ("at rest, tilted: start, ramp, carries", 6, calm, at_rest(rng, 150, tilted)),
+        "upside_down": ("start on its back", 6, usual, at_rest(rng, 150, turned_over)),
         "fast": ("swung up to 1500 deg/s and 4 g", 6, fast, at_rest(rng, 3) + swung(240)),
-        "slow_rate": ("100 Hz: three steps a sample", 6, design.named("100hz"), swung(100)),
+        "slow_rate": ("100 Hz: three steps a sample", 6, slow, swung(100)),
         "linear": ("not averaged, not normalised", 6, linear, swung(100)),
         "classic": ("classic: normalised, ki", 6, classic, swung(100)),
         "integral": ("second order with ki, on rails", 6, with_ki, swung(60) + broken[:60]),
         "bad": ("rails, zeros and gaps, 6 axes", 6, fast, broken),
         "bad_field": ("rails, zeros and gaps, 9 axes", 9, fast, broken),
-        "pitch": ("Euler angles through 90 deg of pitch, upwards", 6, fast, pitching(620)),
-        "heading": ("heading from the field, 1 kHz", 9, design.named("1000hz"), swung(150)),
+        "pitch": ("Euler angles through 90 deg of pitch, upwards", 6, usual, pitching(620)),
+        "heading": ("heading from the field, 1 kHz", 9, quick, swung(150)),
         "new_field": ("another field that stays while the board turns", 9, short, moved),
         "magnet": ("a magnet comes, is bridged, stays too long, goes", 9, short, magnet),
     }
@@ -147,12 +151,14 @@ def twin_rows(config: dict, axes: int, samples: list[Sample]):
 
 
 def closed_form() -> Draft:
-    """A level board turned about the vertical at a constant rate, past a quarter turn."""
+    """A level board that stands, is then turned about the vertical at a constant rate, past a
+    quarter turn."""
     config = design.named("286hz")
-    rate, count = 1638, 300
+    start = exact_mahony.START_LEN * (config["ramp_mask"] + 1)
     rows = []
-    for n in range(count + 1):  # the first sample is the start
-        half = n * rate * config["gyro_q33"] / 2**33
+    for n in range(start + 300):
+        rate = 1638 if n >= start else 0
+        half = max(0, n + 1 - start) * rate * config["gyro_q33"] / 2**33
         quat = [round(2**30 * part) for part in (math.cos(half), 0, 0, math.sin(half))]
         yaw = round(8192 * math.remainder(2 * half, 2 * math.pi))
         rows.append((0, 0, 0, rate, 0, 0, 2048, 0, 0, 0, 0, 0, 0, *quat, 0, 0, yaw))
@@ -163,7 +169,7 @@ def closed_form() -> Draft:
         rows,
         kind="published",
         origin="Euler's formula: q = (cos a/2, 0, 0, sin a/2), yaw a",
-        parameters={**_words(config), "axes": "6", "tolerance_q30": "20000", "tolerance_q13": "2"},
+        parameters={**_words(config), "axes": "6", "tolerance_q30": "32768", "tolerance_q13": "2"},
     )
 
 

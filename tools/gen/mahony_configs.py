@@ -24,7 +24,7 @@ def header(spec: Spec) -> str:
         "};",
         "",
         *(
-            f"extern const mahony_config_t mahony_{entry['name']};"
+            f"extern const mahony_modes_config_t mahony_{entry['name']};"
             for entry in spec.content["config"]
         ),
     ]
@@ -33,16 +33,20 @@ def header(spec: Spec) -> str:
 
 def source(spec: Spec) -> str:
     """Text of mahony_configs.c."""
-    lines = ['#include "mahony_configs.h"']
+    lines = ['#include "mahony_configs.h"', "", '#include "port_rom.h"']
     tables = {name: spec.content[name] for name in mahony.TABLES}
     for entry in spec.content["config"]:
         mode = entry.get("mode", "second_order")
-        fields = mahony.config(entry["rate_hz"], mode, **tables)
+        usual = mahony.config(entry["rate_hz"], mode, **tables)
+        modes = {name: usual.pop(name) for name in mahony.MODE_FIELDS}
         lines += [
             "",
             f"/* {entry['rate_hz']} Hz, {mode.replace('_', ' ')} */",
-            f"const mahony_config_t mahony_{entry['name']} = {{",
-            *(f"    .{name} = {value}U," for name, value in fields.items()),
+            f"const mahony_modes_config_t mahony_{entry['name']} PORT_ROM = {{",
+            "    .usual = {",
+            *(f"        .{name} = {value}U," for name, value in usual.items()),
+            "    },",
+            *(f"    .{name} = {value}U," for name, value in modes.items()),
             "};",
         ]
     return c_comment_head(spec) + "\n".join([*lines, ""])

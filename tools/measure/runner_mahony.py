@@ -17,6 +17,7 @@ INPUTS = (
     *(f"bias_{axis}_q16" for axis in "xyz"),
 )
 STARTED = (0, 0, 0, 0, 30, -40, 2048, 300, 2000, -4500, 0, 0, 0)
+START_SAMPLES = 192  # of the configuration, before gains fall
 STILL_SAMPLES = 2000
 SEED = 11
 VECTORS = ("mahony_rest", "mahony_fast", "mahony_heading", "mahony_pitch", "mahony_magnet")
@@ -24,17 +25,17 @@ VECTORS = ("mahony_rest", "mahony_fast", "mahony_heading", "mahony_pitch", "maho
 
 def prepare(core: AvrCore) -> None:
     """Start, and run through the ramp's first half, attitude and heading being set."""
-    avr_mahony.mahony(core, design.named("286hz"), [STARTED] * 300, axes=9)
+    avr_mahony.mahony(core, design.named("286hz"), [STARTED] * 600, axes=9)
 
 
 def prepare_chain(axes: int) -> Callable[[AvrCore], None]:
-    """Start rest and mahony by the same sample, as a device does, and take one more: the update
-    after the start is the last dear one. What comes is the ramp and all that follows."""
+    """Start rest and mahony by the same sample, as a device does, and stand up. What comes is the
+    ramp and all that follows."""
 
     def prepare_axes(core: AvrCore) -> None:
         avr_mahony.mahony(core, design.named("286hz"), [STARTED], axes=axes)
         avr_mahony.start_chain(core)
-        avr_mahony.chain(core, [STARTED])
+        avr_mahony.chain(core, [STARTED] * START_SAMPLES)
 
     return prepare_axes
 

@@ -18,6 +18,7 @@ MAHONY_CONFIGS = tuple(
 )
 """Configurations of mahony.toml."""
 
+MODE_FIELDS = ("steps", "mode", "integral")  # beside `usual`
 COUNTS = ("acc_zero", "railed", "mag_refused", "mag_disturbed", "gaps")
 Q13 = 1 << 13
 Q30 = 1 << 30
@@ -30,7 +31,7 @@ def _vector(values: Sequence[int]):
 class Mahony:
     """One attitude filter (mahony.h).
 
-    config : name of a configuration of mahony.toml, or fields of mahony_config_t, as
+    config : name of a configuration of mahony.toml, or fields of mahony_modes_config_t, as
         terazi.design.mahony.config_at makes them for any rate and sensor.
     """
 
@@ -41,14 +42,17 @@ class Mahony:
                 raise ValueError(f"no configuration {config!r}; there are {known}")
             self._config = ffi.addressof(lib, f"mahony_{config}")
         else:
+            usual = dict(config)
+            modes = {name: usual.pop(name) for name in MODE_FIELDS if name in usual}
             try:
-                self._config = ffi.new("mahony_config_t *", dict(config))
+                self._config = ffi.new("mahony_modes_config_t *", {"usual": usual, **modes})
             except OverflowError as error:
                 raise ValueError(f"configuration of mahony: {error}") from None
-            if not lib.mahony_is_lawful(self._config):
+            if not lib.mahony_modes_is_lawful(self._config):
                 raise ValueError(f"configuration of mahony is beyond mahony.h: {dict(config)}")
-        self._c = ffi.new("mahony_t *")
-        lib.mahony_init(self._c, self._config)
+        self._modes = ffi.new("mahony_modes_t *")
+        self._c = ffi.addressof(self._modes, "mahony")
+        lib.mahony_modes_init(self._modes, self._config)
         self._euler = ffi.new("mahony_euler_t *")
 
     def update(
@@ -59,7 +63,7 @@ class Mahony:
     ) -> None:
         """One sample of gyroscope and accelerometer, and the gyroscope's bias."""
         bias = ffi.new("int32_t[3]", [int(each) for each in bias_q16])
-        lib.mahony_update(self._c, _vector(gyro_b_counts), _vector(acc_b_counts), bias)
+        lib.mahony_modes_update(self._modes, _vector(gyro_b_counts), _vector(acc_b_counts), bias)
 
     def update_mag(self, mag_b_counts: Sequence[int]) -> None:
         """One sample of the magnetometer."""
@@ -67,7 +71,7 @@ class Mahony:
 
     def gap(self, samples: int) -> None:
         """So many samples are missing before the next one."""
-        lib.mahony_gap(self._c, samples)
+        lib.mahony_modes_gap(self._modes, samples)
 
     @property
     def quat_wb_q30(self) -> tuple[int, int, int, int]:
@@ -86,6 +90,13 @@ class Mahony:
         """Roll, pitch and yaw in rad Q13, order z-y-x."""
         lib.mahony_euler(self._c, self._euler)
         return self._euler.roll_q13, self._euler.pitch_q13, self._euler.yaw_q13
+
+    @property
+    def up_b_q14(self) -> tuple[int, int, int]:
+        """The vertical in body axes."""
+        up = ffi.new("int16_t[3]")
+        lib.mahony_up(self._c, up)
+        return tuple(up)
 
     def free_acceleration(self, acc_b_counts: Sequence[int]) -> tuple[int, int, int]:
         """acc less gravity, in body axes."""
@@ -120,12 +131,12 @@ class Mahony:
             if bias_q16 is not None:
                 raise ValueError("either rest or bias_q16 gives the bias")
             lib.mahony_blocks_run_rest(
-                self._c, rest.c_state, pointer(gyro), pointer(acc), mag, pointer(quats), count
+                self._modes, rest.c_state, pointer(gyro), pointer(acc), mag, pointer(quats), count
             )
             return quats
         bias, step = _bias(bias_q16, count)
         lib.mahony_blocks_run(
-            self._c,
+            self._modes,
             *(pointer(gyro), pointer(acc), mag),
             *(ffi.NULL if bias is None else pointer(bias), step),
             *(pointer(quats), count),
@@ -134,22 +145,24 @@ class Mahony:
 
     def save(self) -> bytes:
         """State, for restore() on one of the same configuration, in the same process."""
-        return bytes(ffi.buffer(self._c)) + bytes(ffi.buffer(self._euler))
+        return bytes(ffi.buffer(self._modes)) + bytes(ffi.buffer(self._euler))
 
     def restore(self, state: bytes) -> None:
         """Continue where save() was called."""
-        own = ffi.sizeof(self._c[0])
+        own = ffi.sizeof(self._modes[0])
         if len(state) != own + ffi.sizeof(self._euler[0]):
             raise ValueError("not the state of a Mahony")
-        ffi.buffer(self._c)[:] = state[:own]
+        ffi.buffer(self._modes)[:] = state[:own]
         ffi.buffer(self._euler)[:] = state[own:]
-        self._c.config = self._config
+        self._modes.config = self._config
+        self._c.config = ffi.addressof(self._config, "usual")
 
     def copy(self) -> Mahony:
         """Another one in the same state."""
         twin = object.__new__(Mahony)
         twin._config = self._config  # constant: shared
-        twin._c = ffi.new("mahony_t *", self._c[0])
+        twin._modes = ffi.new("mahony_modes_t *", self._modes[0])
+        twin._c = ffi.addressof(twin._modes, "mahony")
         twin._euler = ffi.new("mahony_euler_t *", self._euler[0])
         return twin
 

@@ -3,7 +3,7 @@
 
 enum { AXES = 3, COMPONENTS = 4 };
 
-void mahony_blocks_run(mahony_t *mahony, const int16_t gyro_b_counts[],
+void mahony_blocks_run(mahony_modes_t *modes, const int16_t gyro_b_counts[],
                        const int16_t acc_b_counts[], const int16_t *mag_b_counts,
                        const int32_t *bias_q16, size_t bias_step, int32_t quat_wb_q30[],
                        size_t count)
@@ -11,14 +11,14 @@ void mahony_blocks_run(mahony_t *mahony, const int16_t gyro_b_counts[],
     static const int32_t none_q16[AXES] = {0, 0, 0};
 
     for (size_t at = 0U; at < count; ++at) {
-        mahony_update(mahony, &gyro_b_counts[AXES * at], &acc_b_counts[AXES * at],
-                      bias_q16 == NULL ? none_q16 : &bias_q16[bias_step * at]);
-        if (mag_b_counts != NULL) { mahony_update_mag(mahony, &mag_b_counts[AXES * at]); }
-        mahony_quaternion(mahony, &quat_wb_q30[COMPONENTS * at]);
+        mahony_modes_update(modes, &gyro_b_counts[AXES * at], &acc_b_counts[AXES * at],
+                            bias_q16 == NULL ? none_q16 : &bias_q16[bias_step * at]);
+        if (mag_b_counts != NULL) { mahony_update_mag(&modes->mahony, &mag_b_counts[AXES * at]); }
+        mahony_quaternion(&modes->mahony, &quat_wb_q30[COMPONENTS * at]);
     }
 }
 
-void mahony_blocks_run_rest(mahony_t *mahony, rest_t *rest, const int16_t gyro_b_counts[],
+void mahony_blocks_run_rest(mahony_modes_t *modes, rest_t *rest, const int16_t gyro_b_counts[],
                             const int16_t acc_b_counts[], const int16_t *mag_b_counts,
                             int32_t quat_wb_q30[], size_t count)
 {
@@ -27,8 +27,8 @@ void mahony_blocks_run_rest(mahony_t *mahony, rest_t *rest, const int16_t gyro_b
         const int16_t *const acc  = &acc_b_counts[AXES * at];
 
         rest_update(rest, gyro, acc);
-        mahony_update(mahony, gyro, acc, rest->bias_q16);
-        if (mag_b_counts != NULL) { mahony_update_mag(mahony, &mag_b_counts[AXES * at]); }
-        mahony_quaternion(mahony, &quat_wb_q30[COMPONENTS * at]);
+        mahony_modes_update(modes, gyro, acc, rest->bias_q16);
+        if (mag_b_counts != NULL) { mahony_update_mag(&modes->mahony, &mag_b_counts[AXES * at]); }
+        mahony_quaternion(&modes->mahony, &quat_wb_q30[COMPONENTS * at]);
     }
 }

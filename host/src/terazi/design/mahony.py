@@ -10,13 +10,16 @@ from functools import cache
 from terazi.design.specs import CHECKOUT, INSTALLED
 
 MODES = ("second_order", "linear", "classic")
-RAMP_BLOCK = 16  # MAHONY_RAMP_BLOCK
-RAMP_MORE = 9  # gains begin tenfold
+RAMP_LEN = 12  # MAHONY_RAMP_LEN: blocks; a third of them each eightfold, fourfold, twofold
+RAMP_MASK_MAX = 255  # of 8 bits
+GAP_MAX = 255
+MODE_FIELDS = ("steps", "mode", "integral")  # of mahony_modes_config_t, beside `usual`
 GYRO_Q33_MAX = 16128
 CORRECT_Q18_MAX = 4095
 ONE_G_Q25 = 2048  # counts a g for which correct_q18 is kp dt in Q18
-FIELD_MAX_UT = 65.0  # of the earth
 MAG_BLOCK = 8  # MAHONY_MAG_BLOCK
+MAG_TURNS = 4  # in each of them
+HEADING_Q21_MAX = 14_000
 
 
 def turn_constants(rate_hz: float, gyro_counts_per_deg_s: float) -> dict[str, int]:
@@ -36,6 +39,18 @@ def turn_constants(rate_hz: float, gyro_counts_per_deg_s: float) -> dict[str, in
         "cubic": round(gyro * (cosine - 1 / 3) / cosine / 2),
         "steps": steps,
     }
+
+
+def start_shift(rate_hz: float, gyro_rad_s: float, acc_counts_per_g: float) -> int:
+    """2 to this makes a rate of an acceleration in Q14 so that half of a small tilt is turned in
+    one sample, 0.35 to 0.7 of it."""
+    rate_by_sine = rate_hz / gyro_rad_s  # counts that turn by the sine in one sample
+    return min(30, max(1, math.ceil(14.5 - math.log2(rate_by_sine / acc_counts_per_g))))
+
+
+def _heading_q21(blocks: float) -> int:
+    """Gain of each of the MAG_TURNS turns of a block."""
+    return max(1, min(HEADING_Q21_MAX, round(2**20 / (blocks * MAG_TURNS))))
 
 
 def _gains(mode: str, tables: dict) -> tuple[float, float, float]:
@@ -58,34 +73,35 @@ def config(rate_hz: float, mode: str = "second_order", *, mag_rate_hz=None, **ta
     normalised = mode == "classic"
     scale = 1.0 if normalised else ONE_G_Q25 / sensor["acc_counts_per_g"]
     gyro_rad_s = math.radians(1 / sensor["gyro_counts_per_deg_s"])
-    ramp_len = max(1, round(start["ramp_s"] * rate_hz / RAMP_BLOCK))
+    ramp_block = 2 ** max(0, round(math.log2(start["ramp_s"] * rate_hz / RAMP_LEN)))
     block_hz = mag_rate_hz / MAG_BLOCK
+    turn = turn_constants(rate_hz, sensor["gyro_counts_per_deg_s"])
+    steps = turn.pop("steps")
     fields = {
-        **turn_constants(rate_hz, sensor["gyro_counts_per_deg_s"]),
-        "mode": MODES.index(mode),
+        **turn,
         "lowpass_q16": round(lp / rate_hz * 65536),
         "correct_q18": max(1, round(kp / rate_hz * 2**18 * scale)),
-        "integral": round(2 * ki / kp / gyro_rad_s * 2**5),
-        "ramp_len": ramp_len,
-        "ramp_step_q12": round(RAMP_MORE * 4096 / ramp_len),
-        "gap_max": round(start["gap_s"] * rate_hz),
         "acc_one_g": round(sensor["acc_counts_per_g"]),
-        "mag_times_64": int(64 * FIELD_MAX_UT * sensor["mag_counts_per_ut"] < 32768),
-        "mag_correct_q21": min(16383, round(2**20 / (block_hz * field["heading_tau_s"]))),
-        "mag_smooth_q16": min(32767, round(65536 / (block_hz * field["smooth_s"]))),
+        "ramp_mask": ramp_block - 1,
+        "gap_max": round(start["gap_s"] * rate_hz),
+        "start_shift": start_shift(rate_hz, gyro_rad_s, sensor["acc_counts_per_g"]),
+        "mag_correct_q21": _heading_q21(block_hz * field["heading_tau_s"]),
         "mag_learn_q16": max(1, round(65536 / (block_hz * field["learn_s"]))),
         "mag_recover_len": max(1, round(field["recover_s"] * block_hz)),
         "mag_accept_len": round(field["accept_s"] * block_hz),
         "mag_reject_len": min(65535, round(field["reject_s"] * block_hz)),
-        "mag_settle_len": round(field["settle_s"] * block_hz),
         "moving_min": round(field["moving_deg_s"] * sensor["gyro_counts_per_deg_s"]),
+        "steps": steps,
+        "mode": MODES.index(mode),
+        "integral": round(2 * ki / kp / gyro_rad_s * 2**5),
     }
     lawful = {
         "gyro_q33": 1 <= fields["gyro_q33"] <= GYRO_Q33_MAX,
         "steps": fields["steps"] <= 255,
-        "lowpass_q16": (mode == "second_order") == (1 <= fields["lowpass_q16"] <= 32767),
+        "lowpass_q16": (mode == "second_order") == (1 <= fields["lowpass_q16"] <= 4095),
         "correct_q18": fields["correct_q18"] <= CORRECT_Q18_MAX,
-        "ramp_step_q12": fields["ramp_step_q12"] * ramp_len <= 65535 and ramp_len <= 65535,
+        "ramp_mask": fields["ramp_mask"] <= RAMP_MASK_MAX,
+        "gap_max": fields["gap_max"] <= GAP_MAX,
         "integral": fields["integral"] <= 32767,
         "acc_one_g": fields["acc_one_g"] <= 32767,
         "mag_learn_q16": fields["mag_learn_q16"] <= 32767,

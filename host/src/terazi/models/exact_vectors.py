@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from terazi.models.exact import rounded_shift
@@ -56,26 +55,9 @@ class Carries:
         return total >> bits
 
 
-class Root:
-    """mahony_internal.h's inverse square root: value 4^shift = m 2^32, 1/4 <= m < 1."""
-
-    def __init__(self, value: int) -> None:
-        self.shift = (32 - value.bit_length()) // 2
-        scaled = value << 2 * self.shift
-        self.m_q16 = scaled >> 16
-        place = scaled >> 24
-        first_q7 = min(255, math.floor(128 / math.sqrt((place + 0.5) / 256) + 0.5))
-        factor_q14 = (3 * 2**30 - self.m_q16 * first_q7**2) >> 16
-        self.inverse_q15 = min(65535, first_q7 * factor_q14 >> 7)
-
-    def unit_q14(self, component: int) -> int:
-        """component / sqrt(value)."""
-        near = component << self.shift >> 1
-        return rounded_shift(near * (self.inverse_q15 >> 1), 15)
-
-    def length(self) -> int:
-        """sqrt(value)."""
-        return (self.m_q16 * self.inverse_q15 >> 16) * 2 >> self.shift
+def ratio_q15(part: int, whole: int) -> int:
+    """part / whole, cut; of sizes."""
+    return (part << 15) // whole
 
 
 def normalised(quat_q30: Vector) -> list[int]:
@@ -87,13 +69,3 @@ def normalised(quat_q30: Vector) -> list[int]:
     square = half * half >> 24
     factor = square + (square >> 1) - half
     return [value + rounded_shift(h * factor, 8) for value, h in zip(quat_q30, high, strict=True)]
-
-
-def half_turn_q14(cosine: int, sines: Vector) -> tuple[list[int], bool]:
-    """Larger one of cosine and sine of half an angle, then `sines` / (2 larger); whether the larger
-    one is the cosine."""
-    half_q32 = min(2**32 - 1, abs(cosine) + ONE_Q14 << 17)
-    root = Root(half_q32)
-    larger = rounded_shift((half_q32 >> 16) * root.inverse_q15, 17)
-    inverse_q14 = root.inverse_q15 >> 1
-    return [larger, *(rounded_shift(sine * inverse_q14, 15) for sine in sines)], cosine >= 0

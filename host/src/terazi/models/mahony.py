@@ -12,8 +12,10 @@ SECOND_ORDER, LINEAR, CLASSIC = range(3)
 CORRECT_MIN, CORRECT_MAX = -512 / 2**19, 511 / 2**19
 MEAN_MAX = 2.0**13  # counts: 2^27 in Q14
 INTEGRAL_MAX = 328.0
-RAMP_BLOCK = 16
+START_LEN, RAMP_LEN = 3, 12
+RATE_MAX = 32000
 MAG_BLOCK = 8
+HEADING_MAX = 14000
 
 
 def product(p, q):
@@ -57,22 +59,12 @@ def euler(quat_wb):
     )
 
 
-def upright(vector_w):
-    """The shortest turn of the world that brings a vector to its vertical."""
-    x, y, up = vector_w / np.linalg.norm(vector_w)
-    if up >= 0:
-        larger = math.sqrt((1 + up) / 2)
-        return np.array([larger, y / (2 * larger), -x / (2 * larger), 0.0])
-    larger = math.sqrt((1 - up) / 2)
-    return np.array([y / (2 * larger), larger, 0.0, x / (2 * larger)])
-
-
 class Mahony:
-    """Float64 truth for ``mahony_update`` and ``mahony_update_mag``.
+    """Float64 truth for ``mahony_modes_update`` and ``mahony_update_mag``.
 
-    config : fields of mahony_config_t (terazi.design.mahony). Quantised constants, the ramp's and
-        the limits are taken as they are, so that only arithmetic differs; notes/mahony.md bounds
-        that.
+    config : fields of mahony_modes_config_t, flat (terazi.design.mahony). Quantised constants, the
+        ramp's and the limits are taken as they are, so that only arithmetic differs;
+        notes/mahony.md bounds that.
     """
 
     def __init__(self, config: Mapping[str, int]) -> None:
@@ -84,125 +76,106 @@ class Mahony:
         self.correct = 0.0
         self.sample = 0
         self.integral = np.zeros(3)
-        self.ramp_left = self.correct_ramp = 0
-        self.started = False
-        self.smooth = self.reference = self.candidate = None
-        self.settling = config["mag_settle_len"]
-        self.undisturbed = self.accepted = 0
-        self.rejected = self.phase = self.heading_gain = 0
+        self.ramp_left = START_LEN + RAMP_LEN
+        self.reference = self.candidate = np.zeros(2)
+        self.undisturbed = self.accepted = self.rejected = 0
+        self.phase = self.raised = self.heading_gain = 0
         self.field_level = self.up = self.east = self.north = 0.0
-        self.measured = None
-        self.sums, self.whole, self.refused = np.zeros(2), False, False
+        self.sums, self.whole, self.refused = np.zeros(2), False, True
 
-    def _raised(self, name: str, most: int, ramp_left: int) -> int:
-        more_q8 = ramp_left * self.config["ramp_step_q12"] // 16
-        return min(most, self.config[name] + self.config[name] * more_q8 // 256)
+    @property
+    def starting(self) -> bool:
+        """Acceleration stands the estimate upright at once."""
+        return self.ramp_left > RAMP_LEN
+
+    def _raised(self, name: str, most: int) -> int:
+        times = 0 if self.starting else 2 ** math.ceil(3 * self.ramp_left / RAMP_LEN)
+        return min(most, self.config[name] * times)
 
     def update(self, gyro_counts, acc_counts, bias_counts=(0.0, 0.0, 0.0)) -> np.ndarray:
         """One sample of (3,) counts each; gives quat_wb (4,)."""
         gyro, acc = np.asarray(gyro_counts, float), np.asarray(acc_counts, float)
-        if self.started:
-            self._update(gyro, acc, np.asarray(bias_counts, float))
-        elif acc.any():
-            self.quat = product(upright(rotation(self.quat) @ acc), self.quat)
-            self.mean[:], self.level = 0.0, 0.0
-            self.ramp_left = self.correct_ramp = self.config["ramp_len"]
-            self.sample += 1
-            self.started = True
-        if self.sample % RAMP_BLOCK == 0 and self.ramp_left:
-            self.ramp_left -= 1
-        if self.sample % RAMP_BLOCK == RAMP_BLOCK // 2:
-            self.correct_ramp = self.ramp_left
-        return self.quat
-
-    def _update(self, gyro, acc, bias) -> None:
         config, matrix = self.config, rotation(self.quat)
-        if config["integral"]:
+        if config["integral"] and not self.starting:
             about = matrix[(self.sample + 1) % 2]
             self.integral -= about * self.correct * 2**19 * config["integral"] / 2**24
             self.integral = np.clip(self.integral, -INTEGRAL_MAX, INTEGRAL_MAX)
         self.sample += 1
         axis = self.sample % 2
+        if self.starting:
+            turn = (self.level if axis else -self.level) * 2.0 ** (14 - config["start_shift"])
+            gyro = gyro + np.clip(turn, -RATE_MAX, RATE_MAX) * matrix[1 - axis]
+            gyro = np.clip(gyro, -32768, 32767)
+        self.correct = 0.0
         if acc.any():
             self._average(axis, matrix @ acc, acc)
-            self.level = matrix[1 - axis] @ acc
-        else:
-            self.correct, self.level = 0.0, self.mean[1 - axis]
-        self.rate = np.clip(gyro - bias - self.integral, -32768, 32767)
+        self.level = matrix[1 - axis] @ acc
+        bias = np.asarray(bias_counts, float) + self.integral
+        self.rate = np.clip(gyro - bias, -32768, 32767)
         half = self.rate * config["gyro_q33"] / 2**33
         self.quat = product(self.quat, turned(half + self.correct * matrix[1 - axis]))
         for _ in range(config["steps"] - 1):
             self.quat = product(self.quat, turned(half))
         self.quat = self.quat / np.linalg.norm(self.quat)
+        if self.ramp_left and self.sample & config["ramp_mask"] == 0:
+            self.ramp_left -= 1
+        return self.quat
 
     def _average(self, axis, acc_w, acc) -> None:
         config = self.config
         if config["mode"] == SECOND_ORDER:
-            gain = self._raised("lowpass_q16", 32767, self.ramp_left) / 65536
+            gain = self._raised("lowpass_q16", 32767) / 65536
             self.mean[axis] += gain * (self.level + acc_w[axis] - 2 * self.mean[axis])
+        elif self.starting:
+            pass
         elif config["mode"] == LINEAR:
             self.mean[axis] = (self.level + acc_w[axis]) / 2
         else:
             self.mean[axis] = 2048 * acc_w[axis] / np.linalg.norm(acc)
         self.mean[axis] = min(max(self.mean[axis], -MEAN_MAX), MEAN_MAX)
-        gain = self._raised("correct_q18", 4095, self.correct_ramp) / 2**18
+        gain = self._raised("correct_q18", 4095) / 2**18
         turn = self.mean[axis] / 2048 * gain
         self.correct = min(max(turn if axis else -turn, CORRECT_MIN), CORRECT_MAX)
 
     def gap(self, samples: int) -> None:
         """So many samples are missing before the next one."""
         if samples > self.config["gap_max"]:
-            self.started = False
-        elif self.started:
+            self.ramp_left, self.mean = START_LEN + RAMP_LEN, np.zeros(2)
+        elif not self.starting:
             half = self.rate * self.config["gyro_q33"] / 2**33
             for _ in range(samples * self.config["steps"]):
                 self.quat = product(self.quat, turned(half))
-            self.level = self.mean[(self.sample + 1) % 2]
+            self.sample += samples
+            self.level = 0.0
 
     def update_mag(self, mag_counts) -> np.ndarray:
         """One field, (3,) counts; gives quat_wb (4,)."""
-        if not self.started:
-            return self.quat
+        if self.starting:
+            self.raised = 0
         field_w = rotation(self.quat) @ np.asarray(mag_counts, float)
-        if self.smooth is None:
-            self._start_heading(field_w)
-            return self.quat
         if self.whole:
-            self._work(field_w[2])
+            self._work()
         self.sums += field_w[:2]
         self.phase = (self.phase + 1) % MAG_BLOCK
+        if self.phase == 4:
+            self.up = field_w[2]
         self.whole = self.whole or self.phase == 0
         return self.quat
 
-    def _start_heading(self, field_w) -> None:
-        self.field_level, self.up = math.hypot(*field_w[:2]), field_w[2]
-        self._measure()
-        if self.refused:
-            return
-        half = math.atan2(field_w[0], field_w[1]) / 2
-        self.quat = product([math.cos(half), 0, 0, math.sin(half)], self.quat)
-        self.smooth = self.reference = self.candidate = self.measured
-        self.sample += 1
-
-    def _work(self, up: float) -> None:
-        """The order of the C, which does an eighth of it in each sample."""
+    def _work(self) -> None:
+        """The order of the C, which does a part of it in each sample."""
         if self.phase == 0:
             self.east, self.north = self.sums / MAG_BLOCK
             self.field_level, self.sums = math.hypot(self.east, self.north), np.zeros(2)
+            self.refused = 16 * self.field_level <= abs(self.up)
+        elif self.refused:
+            return
         elif self.phase == 1:
-            self.up = up
-        elif self.phase == 2:
-            self._measure()
-        elif self.phase == 3 and not self.refused:
-            gain = self._mag_gain("mag_smooth_q16")
-            self.smooth = self.smooth + gain * (self.measured - self.smooth)
-        elif self.phase == 4:
             self._judge_reference()
-        elif self.phase == 5:
+        elif self.phase == 2:
             self._judge_candidate()
-        elif self.phase == 6:
             self._decide()
-        elif self.phase == 7 and not self.refused:
+        elif self.phase > 3:
             sine = (
                 self.east / self.field_level if self.north >= 0 else math.copysign(1.0, self.east)
             )
@@ -210,52 +183,43 @@ class Mahony:
             self.quat = product([1.0, 0.0, 0.0, turn], self.quat)
             self.quat = self.quat / np.linalg.norm(self.quat)
 
-    def _measure(self) -> None:
-        norm = math.hypot(self.field_level, self.up)
-        self.refused = 16 * self.field_level <= norm
-        if not self.refused:
-            self.measured = np.array([norm, self.up / norm])
-
-    def _mag_gain(self, name: str) -> float:
-        return self.config[name] / 65536
-
-    def _near(self, other) -> bool:
-        norm_off, dip_off = np.abs(self.smooth - other)
-        return norm_off < other[0] / 10 and dip_off < 0.17
+    def _agrees(self, other):
+        """What `other`, level and up, becomes by the field; None where that is another."""
+        off = np.array([self.field_level, self.up]) - other
+        if np.abs(off).sum() >= np.abs(other).sum() / 8:
+            return None
+        return other + self.config["mag_learn_q16"] / 65536 * off
 
     def _judge_reference(self) -> None:
-        if self._near(self.reference):
-            self.undisturbed += 1
-            learn = self._mag_gain("mag_learn_q16")
-            self.reference = self.reference + learn * (self.smooth - self.reference)
+        followed = self._agrees(self.reference)
+        if followed is None:
+            self.undisturbed = 1
         else:
-            self.undisturbed = 0
+            self.undisturbed += 1
+            self.reference = followed
 
     def _judge_candidate(self) -> None:
-        if self._near(self.candidate):
-            self.accepted += int(np.abs(self.rate).max() > self.config["moving_min"])
-            learn = self._mag_gain("mag_learn_q16")
-            self.candidate = self.candidate + learn * (self.smooth - self.candidate)
+        followed = self._agrees(self.candidate)
+        if followed is None:
+            self.accepted, followed = 0, np.array([self.field_level, self.up])
         else:
-            self.accepted, self.candidate = 0, self.smooth
+            self.accepted += int(np.abs(self.rate).max() > self.config["moving_min"])
+        self.candidate = followed
 
     def _disturbed(self) -> bool:
-        config = self.config
-        if self.settling:
-            self.settling -= 1
+        if self.undisturbed > self.config["mag_recover_len"]:
             return False
-        if self.undisturbed >= config["mag_recover_len"]:
-            return False
-        if self.accepted <= config["mag_accept_len"]:
+        if self.accepted <= self.config["mag_accept_len"] and self.raised:
             return True
-        self.reference = self.candidate
-        self.undisturbed, self.accepted = config["mag_recover_len"], 0
+        self.reference, self.undisturbed, self.accepted = self.candidate, 65535, 0
         return False
 
     def _decide(self) -> None:
-        self.heading_gain = self._raised("mag_correct_q21", 16383, self.ramp_left)
-        if not self._disturbed():
-            self.rejected = max(0, self.rejected - 2)
+        disturbed = self._disturbed()
+        high = self.raised - self.raised // 256 - 1 if self.raised else HEADING_MAX
+        self.raised = self.heading_gain = max(self.config["mag_correct_q21"], high)
+        if not disturbed:
+            self.rejected = max(0, self.rejected - 1)
         elif self.rejected >= self.config["mag_reject_len"]:
             self.heading_gain //= 2
         else:
