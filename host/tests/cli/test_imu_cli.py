@@ -119,6 +119,17 @@ def test_log_of_every_raw_sample_is_replayed_from_a_new_start_of_the_chain(tmp_p
     assert re.search(r"attitude +the C +\d+ +bit-identical", terazi("replay", capture).stdout)
 
 
+def test_log_of_a_board_at_another_rate_holds_its_start(tmp_path):
+    with FakeDevice(baud=500_000, speed=5.0) as device:
+        done = terazi("log", device.path, "-o", tmp_path / "a.terazi", "--seconds", 0.3)
+        assert done.exit_code == 0, done.output
+        assert device.resets == 2
+    recording = load_recording(tmp_path / "a.terazi")
+    assert recording.metadata["baud"] == 500_000
+    assert recording.samples["conversion"][0] == 1
+    assert (recording.frames_lost, recording.frames_bad) == (0, 0)
+
+
 def test_log_says_what_a_replay_of_the_attitude_will_miss(tmp_path):
     with FakeDevice(speed=5.0, imu=SLOW, baud=115_200) as device:
         done = terazi("log", device.path, "-o", tmp_path / "a.terazi", "--imu", "--seconds", 0.1)

@@ -12,6 +12,7 @@ from rich.console import Console
 from terazi.units import hz_from_q16
 
 BAUD_DEFAULT: int | None = None  # whichever the board speaks
+PORT_REST_S = 0.3  # between closing a port and opening it again: the USB bridge must see both
 
 out = Console(highlight=False)
 errors = Console(stderr=True, highlight=False)

@@ -20,8 +20,8 @@ from terazi.cli.common import (
     show_version,
 )
 
-# IMU_STATUS stands behind STATUS; one that has not come by then does not come.
-IMU_WAIT_S = 0.3
+# IMU_STATUS comes once a second, once an IMU was seen.
+IMU_WAIT_S = 1.3
 # The device knows its converter's rate after some conversions (0.2 s at 80 SPS, 2 s at 10 SPS).
 RATE_WAIT_S = 3.0
 SETTINGS_SHOWN = (
@@ -98,13 +98,14 @@ def _imu_status(link):
     """The newest IMU_STATUS; None where the board has seen no IMU."""
     from terazi.link.generated.messages import ImuStatus
 
-    link.status()
-    received = link.pending()
+    found = None
     end_s = link.now_s() + IMU_WAIT_S
-    while link.now_s() < end_s and not isinstance(received[-1].message, ImuStatus):
-        received += link.poll(end_s - link.now_s())
-    found = [one.message for one in received if isinstance(one.message, ImuStatus)]
-    return found[-1] if found else None
+    while True:
+        for received in link.poll(0.05):
+            if isinstance(received.message, ImuStatus):
+                found = received.message
+        if found is not None or link.now_s() > end_s:
+            return found
 
 
 def _plain(port: str, hello, status, points, settings: dict[str, int], imu) -> dict:
@@ -204,7 +205,8 @@ def _imu(imu, settings: dict[str, int]) -> list[tuple[str, Text | str]]:
     rows: list[tuple[str, Text | str]] = [("IMU", inertial.part_words(imu))]
     if warning := inertial.identity_warning(imu):
         rows.append(("", Text(warning, style="yellow")))
-    rate = f"mode {mode}, one in {settings['imu.every']} samples told"
+    every = settings["imu.every"]
+    rate = f"mode {mode}, {f'one in {every} samples' if every > 1 else 'every sample'} told"
     rows.append(("", f"{inertial.magnetometer_words(imu)}; {rate}"))
     trouble = ", ".join(f"{name} {count}" for name, count in inertial.trouble(imu).items())
     style = "red" if trouble else ""

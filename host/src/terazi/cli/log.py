@@ -2,6 +2,7 @@
 """`terazi log`."""
 
 import signal
+import time
 from collections import deque
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from terazi.cli.common import (
     BAUD_DEFAULT,
+    PORT_REST_S,
     BaudOption,
     PortArgument,
     errors,
@@ -62,7 +64,7 @@ def log(
     terazi log /dev/ttyACM0 -o weights.terazi --seconds 60
     terazi set imu.every=1 uart.baud=500000, then terazi log --imu -o motion.terazi
     """
-    from terazi.link import find_port, open_link
+    from terazi.link import find_port
     from terazi.recorder import Recorder
 
     port = find_port(port)
@@ -70,7 +72,7 @@ def log(
         recorder = Recorder(output, overwrite=force)
         try:
             with errors.status(f"waiting for {port} ..."):
-                link = open_link(port, baud, on_bytes=recorder.on_bytes)
+                link = _open(port, baud, recorder)
                 hello = link.hello()
             recorder.begin(port=port, baud=link.baud, age_s=link.now_s())
         except BaseException:
@@ -91,6 +93,24 @@ def log(
         errors.print(str(one), style="red", markup=False, soft_wrap=True)
     if faults:
         raise faults[0]
+
+
+def _open(port: str, baud: int | None, recorder):
+    """A link from whose first byte on all is recorded.
+
+    Where the board's rate had to be found first, its start was missed: it is let start anew.
+    """
+    from terazi.link import BAUDS, open_link
+
+    link = open_link(port, baud, on_bytes=recorder.on_bytes)
+    link.hello()
+    found = link.baud
+    if baud is None and found != BAUDS[0]:
+        link.close()
+        recorder.forget()
+        time.sleep(PORT_REST_S)
+        link = open_link(port, found, on_bytes=recorder.on_bytes)
+    return link
 
 
 class Stop:
@@ -153,32 +173,39 @@ def _ask_for_all(link, imu: bool) -> None:
     from terazi.link.generated.settings import SETTINGS_BY_NAME
     from terazi.link.load import imu_advice
 
+    everything = sum(StreamFlag) if imu else sum(StreamFlag) & ~StreamFlag.IMU
+    # Attitudes may fill the line, so that there is no room for answers.
+    asking = everything & ~(StreamFlag.ATTITUDE | StreamFlag.IMU)
     try:
-        mask = sum(StreamFlag) if imu else sum(StreamFlag) & ~StreamFlag.IMU
-        link.command(SetStream(mask=mask))
+        link.command(SetStream(mask=asking))
         settings = read_settings(link, SETTINGS_BY_NAME)
         if imu:
             for advice in imu_advice(settings, link.baud):
                 errors.print(advice, style="yellow", markup=False, soft_wrap=True)
-            _begin_imu_anew(link, settings)
         for _attempt in range(ASKED_MOST):
             # Behind a frame that was lost no points hold that were told before it.
             lost = link.stream.frames_lost
             Balance(link).points()
             if link.stream.frames_lost == lost:
                 break
+        if imu:
+            _begin_imu_anew(link, settings, everything)
+        else:
+            link.command(SetStream(mask=everything))
     except (CommandRefused, NoAnswer) as error:
         errors.print(f"{error}: a replay will not verify the mass", style="yellow", soft_wrap=True)
 
 
-def _begin_imu_anew(link, settings: dict[str, int]) -> None:
-    """The chain to the attitude starts where its settings change: off and on again, so that the
-    recording holds its first sample, and a replay knows its state."""
+def _begin_imu_anew(link, settings: dict[str, int], mask: int) -> None:
+    """Raw samples from the chain's first one on, so that a replay knows its state: it starts where
+    its settings change, so that it is switched off, streamed, and switched on again."""
     from terazi.control.settings import apply_settings
+    from terazi.link.generated.messages import SetStream
 
     if settings[IMU_MODE]:
-        for mode in (0, settings[IMU_MODE]):
-            apply_settings(link, {IMU_MODE: mode})
+        apply_settings(link, {IMU_MODE: 0})
+    link.command(SetStream(mask=mask))
+    apply_settings(link, {IMU_MODE: settings[IMU_MODE]})
 
 
 class LiveLine:

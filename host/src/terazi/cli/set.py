@@ -10,11 +10,10 @@ from rich.table import Table
 from rich.text import Text
 
 from terazi.cli.board import board
-from terazi.cli.common import BAUD_DEFAULT, BaudOption, JsonOption, errors, out
+from terazi.cli.common import BAUD_DEFAULT, PORT_REST_S, BaudOption, JsonOption, errors, out
 
 UART_BAUD = "uart.baud"
 SENSORS = ("acc", "gyro", "mag")
-PORT_REST_S = 0.3  # between closing a port and opening it again: the USB bridge must see both
 
 
 def set(
@@ -89,6 +88,7 @@ def set(
         raise UsageError(f"{UART_BAUD} holds from the next start on: it goes without --no-save")
     with board(port, baud) as link:
         balance = Balance(link)
+        balance.quiet_stream()  # a line that is full of attitudes has no room for answers
         if export:
             _export(link, export)
         elif wanted:

@@ -76,6 +76,10 @@ class Recorder:
             self._write_fault = error
             raise
 
+    def forget(self) -> None:
+        """What came so far is of another conversation; only before `begin`."""
+        self._early.clear()
+
     def begin(self, *, port: str, baud: int, age_s: float) -> None:
         """Write the header and what came so far. age_s: how long ago host_s was zero."""
         started = datetime.now(UTC) - timedelta(seconds=age_s)
