@@ -187,6 +187,23 @@ def test_turns_with_a_lost_sample_do_not_count():
     assert result.settings["gyro.offset_q3_0"] != 0
 
 
+def test_a_board_that_lay_for_a_minute_is_turned_no_longer_than_it_was():
+    board = Board(1)
+    record = board.sitting([*FACES, *SLANTS])
+    first = stills_of(record)[0]
+    again = np.tile(np.arange(first.first, first.last), 30)  # more than LONGEST_S of its first
+    rows = np.concatenate([again, np.arange(len(record))])
+    longer = dataclasses.replace(
+        record,
+        number=np.arange(len(rows)),
+        acc_b_counts=record.acc_b_counts[rows],
+        gyro_b_counts=record.gyro_b_counts[rows],
+    )
+    stills = stills_of(longer)
+    assert stills[0].last < len(again) / 4 < len(again) < stills[0].end
+    assert fit_motion(longer, stills, FACTORY).gyro.turns == 11
+
+
 def test_a_hand_is_never_still():
     board = Board(1)
     rng = np.random.default_rng(8)

@@ -233,7 +233,7 @@ def _turns(record: Record, stills, ups, settings=None) -> list[Turn]:
         rates = measured("gyro", settings, rates)
     turns = []
     for (one, up_before), (other, up_after) in pairwise(zip(stills, ups, strict=True)):
-        first, last = one.last - 1, other.first + 1
+        first, last = one.end - 1, other.first + 1
         if np.diff(record.number[first:last]).max() > GAP_PERIODS * record.every:
             continue
         bias_one, bias_other = (rates[s.first : s.last].mean(axis=0) for s in (one, other))

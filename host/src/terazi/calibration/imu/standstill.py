@@ -8,7 +8,7 @@ A hand that holds the board is never so still.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,10 +24,11 @@ AGREE_G, AGREE_DEG_S = 0.008, 0.3  # of blocks' means
 
 @dataclass(frozen=True)
 class Standstill:
-    """Samples [first, last), means in counts."""
+    """Means in counts of samples [first, last); it lay still until `end`."""
 
     first: int
     last: int
+    end: int
     acc_counts: np.ndarray  # (3,)
     gyro_counts: np.ndarray  # (3,)
 
@@ -79,7 +80,7 @@ class Finder:
             self._blocks = []
         if self.is_quiet:
             self._blocks.append(self.latest)
-        if self._needed <= len(self._blocks) <= self._most:
+        if len(self._blocks) >= self._needed:
             self._note()
 
     def _agrees(self, means: np.ndarray) -> bool:
@@ -91,13 +92,16 @@ class Finder:
 
     def _note(self) -> None:
         """The present run as a standstill, in place of its shorter self."""
-        begin = self._end - len(self._blocks) * self._size
+        first = self._end - (len(self._blocks) - 1) * self._size
+        last = self._end - self._size
+        is_known = bool(self.found) and self.found[-1].first == first
+        if len(self._blocks) > self._most:
+            if is_known:
+                self.found[-1] = replace(self.found[-1], end=last)
+            return
         means = np.mean(self._blocks[1:-1], axis=0)
-        one = Standstill(begin + self._size, self._end - self._size, means[:3], means[3:])
-        if self.found and self.found[-1].first == one.first:
-            self.found[-1] = one
-        else:
-            self.found.append(one)
+        one = Standstill(first, last, last, means[:3], means[3:])
+        self.found[len(self.found) - is_known :] = [one]
 
 
 def find(acc_counts: np.ndarray, gyro_counts: np.ndarray, rate_hz: float) -> list[Standstill]:
