@@ -17,8 +17,6 @@
 #define Q7    "\2" /* rounded half up */
 #define MILLI "\3" /* thousandths, with a point */
 
-#define WORDS " (text frames tare clear zero info)"
-
 /* Numbers that are known to the preprocessor cost no code. */
 #define QUOTED(name) #name
 #define TEXT(number) QUOTED(number)
@@ -29,6 +27,8 @@ enum { MILLI_DECIMALS = 3, DIGITS_MAX = 10 };
 static const uint32_t powers[DIGITS_MAX] PROGMEM = {
     1000000000UL, 100000000UL, 10000000UL, 1000000UL, 100000UL, 10000UL, 1000UL, 100UL, 10UL, 1UL,
 };
+
+static const char words[] PROGMEM = " (text frames tare clear zero info)\r\n";
 
 static COMPACT void put(char character)
 {
@@ -83,7 +83,8 @@ void text_sample(const messages_sample_t *sample)
 
 void text_version(void)
 {
-    put_form(PSTR("# Terazi v" VERSION " build=" TEXT(VERSION_BUILD) WORDS "\r\n"), NULL);
+    put_form(PSTR("# Terazi v" VERSION " build=" TEXT(VERSION_BUILD)), NULL);
+    put_form(words, NULL);
 }
 
 void text_converter(uint8_t gain, uint32_t rate_hz_q16)
@@ -94,19 +95,20 @@ void text_converter(uint8_t gain, uint32_t rate_hz_q16)
     put_form(PSTR("# gain=" WHOLE " rate_hz=" MILLI "\r\n"), values);
 }
 
-/* A switch would be made into a table in RAM. */
-static const char *name_of(uint8_t result)
+/* What is left to put of a result. A switch would be made into a table in RAM. */
+static const char *rest_of(uint8_t result)
 {
     if (result == MESSAGES_RESULT_OK) { return PSTR(": ok\r\n"); }
     if (result == MESSAGES_RESULT_NOT_STABLE) { return PSTR(": not stable\r\n"); }
     if (result == MESSAGES_RESULT_OUT_OF_RANGE) { return PSTR(": out of range\r\n"); }
     if (result == MESSAGES_RESULT_CALIBRATING) { return PSTR(": calibrating\r\n"); }
-    return PSTR(": unknown" WORDS "\r\n");
+    put_form(PSTR(": unknown"), NULL);
+    return words;
 }
 
 void text_answer(const char *word, uint8_t result)
 {
     put_form(PSTR("# "), NULL);
     while (*word != '\0') { put(*word++); }
-    put_form(name_of(result), NULL);
+    put_form(rest_of(result), NULL);
 }

@@ -178,6 +178,7 @@ static void gather(uint16_t *total, uint16_t *clipped)
 
 static COMPACT int32_t run_fir(int32_t counts)
 {
+    PORT_SAVE_BY_CALL();
     if (!shared.rest.primed) {
         design = fir_lowpass32;
         fir_init(&shared.fir, &design, counts);
