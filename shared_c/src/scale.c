@@ -3,7 +3,6 @@
 
 #include "fixed.h"
 #include "port_curve.h"
-#include "port_outline.h"
 #include "port_watch.h"
 #include "port_wide.h"
 
@@ -32,7 +31,7 @@ static int32_t load_of(const scale_t *scale)
 }
 
 /* Whether that is within so many fiftieths of Max. */
-static OUTLINE bool reaches(const scale_t *scale, int32_t away_mg, uint8_t fiftieths)
+static bool reaches(const scale_t *scale, int32_t away_mg, uint8_t fiftieths)
 {
     return within(away_mg, scale->zero_range_mg * fiftieths);
 }
@@ -44,9 +43,8 @@ static void set_zero(scale_t *scale)
 }
 
 /* The mass has stood within the band for long enough. */
-static OUTLINE void settle(scale_t *scale)
+static void settle(scale_t *scale)
 {
-    PORT_SAVE_BY_CALL();
     const int32_t mass_mg = scale->mass_mg, settled_mg = scale->settled_mg;
 
     scale->steady     = true;
@@ -78,7 +76,7 @@ void scale_interrupt(scale_t *scale)
 }
 
 /* Follow a creeping zero, while stable. */
-static OUTLINE void track(scale_t *scale)
+static void track(scale_t *scale)
 {
     const int32_t e = scale->config->interval_mg, load = load_of(scale);
     int32_t       moved_mg = load;
@@ -92,7 +90,7 @@ static OUTLINE void track(scale_t *scale)
 }
 
 /* What follows from the mass: stability, zero, limits. */
-static OUTLINE uint8_t conclude(scale_t *scale)
+static uint8_t conclude(scale_t *scale)
 {
     const scale_config_t *config   = scale->config;
     const uint32_t        stood_us = scale->last_us - scale->since_us;
@@ -111,7 +109,7 @@ static OUTLINE uint8_t conclude(scale_t *scale)
     scale->net_mg = net;
     if (scale->show == SCALE_SHOW_PEAK && net > scale->kept_mg) { scale->kept_mg = net; }
 
-    if (past > 0 && past - e > e * 8) {
+    if (past > e * 9) { /* e <= 2^25 */
         flags = SCALE_OVER;
     } else if (load + config->under_mg < 0) {
         flags = SCALE_UNDER;
