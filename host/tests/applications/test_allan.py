@@ -2,12 +2,13 @@
 """Figures read off the Allan deviation of noise whose coefficients are known, and refusals."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
 
 from terazi.applications.attitude.allan import FLAT, Record, allan, axis_of
-from terazi.errors import CannotRead
+from terazi.errors import CannotRead, UsageError
 
 RATE_HZ = 100.0
 
@@ -148,3 +149,10 @@ def test_of_a_record_with_gaps_the_longest_stretch_is_read():
     number[16000:] += 3
     with pytest.raises(CannotRead, match="too short"):
         allan(changed(record, number=number, every=1).between(100, 170))
+
+
+def test_without_allantools_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "allantools", None)
+    with pytest.raises(UsageError, match="needs allantools") as caught:
+        allan(standstill())
+    assert caught.value.remedy == "Install it: pip install 'terazi[allan]'"
