@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "port_outline.h"
 #include "port_rom.h"
 #include "port_wide.h"
 #include "scale_units.h"
@@ -59,7 +60,7 @@ static void take_band(scale_t *scale, uint32_t steepest_q32)
 }
 
 /* The calibration's points. Slopes are written only where they are lawful throughout. */
-static scale_status_t take_points(const scale_config_t *config, scale_t *scale)
+static PORT_OUTLINE scale_status_t take_points(const scale_config_t *config, scale_t *scale)
 {
     bool     falls        = false;
     uint32_t steepest_q32 = 0U;
