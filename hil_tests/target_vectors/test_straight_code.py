@@ -6,6 +6,7 @@ The filter keeps its 32 samples; shorter code takes the oldest of them, and so a
 """
 
 import random
+import re
 import subprocess
 from pathlib import Path
 
@@ -20,10 +21,11 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / ".build"
 WINDOW = 32
 DEFAULT = BUILD / "firmware/firmware/port/generated/port_fir_default.S.o"
+RECIPE = Path(__file__).with_name("Makefile").read_text(encoding="utf-8")
 # Each serves in place of runner.o, in an image of its own.
 OTHER_RUNNERS = tuple(
     BUILD / f"target_vectors/runner_{name}.o"
-    for name in ("scale", "temperature", "settings", "faults")
+    for name in re.search(r"^APART +:= (.+)$", RECIPE, re.MULTILINE)[1].split()
 )
 
 DESIGNS = {
@@ -36,19 +38,29 @@ DESIGNS = {
 }
 
 
+def shipped() -> list[Path]:
+    """Objects of the runner but the straight code; a build keeps those of sources that are gone."""
+    firmware, runners = BUILD / "firmware", BUILD / "target_vectors"
+    built = {
+        path: ROOT / path.relative_to(firmware).with_suffix("")
+        for part in ("shared_c", "firmware/port")
+        for path in sorted((firmware / part).rglob("*.o"))
+    }
+    built |= {
+        path: Path(__file__).with_name(path.with_suffix(".c").name)
+        for path in sorted(runners.glob("*.o"))
+    }
+    left_out = (DEFAULT, *OTHER_RUNNERS)
+    return [path for path, source in built.items() if source.exists() and path not in left_out]
+
+
 def linked(folder: Path, name: str, taps: list[int]) -> Path:
     """The runner with straight code for taps."""
     source, target, elf = folder / "code.S", folder / "code.o", folder / f"{name}.elf"
     source.write_text(fir_asm.text_of(taps, name, "for a test"))
     machine = ["avr-gcc", "-mmcu=atmega328p"]
     subprocess.run([*machine, "-c", str(source), "-o", str(target)], check=True)
-    shipped = [
-        path
-        for part in ("firmware/shared_c", "firmware/firmware/port", "target_vectors")
-        for path in sorted((BUILD / part).rglob("*.o"))
-        if path not in (DEFAULT, *OTHER_RUNNERS)
-    ]
-    link = [*machine, "-Wl,--gc-sections", *map(str, shipped), str(target), "-o", str(elf)]
+    link = [*machine, "-Wl,--gc-sections", *map(str, shipped()), str(target), "-o", str(elf)]
     subprocess.run(link, check=True)
     return elf
 
