@@ -8,6 +8,8 @@
  *           by 2^-floor(log2 n) of the distance, which is nearly the mean of them all, until
  *           gain_len holds the gain: then the mean is exponential and follows temperature
  * Hysteresis in time (rest begins late and ends at once) and in the limits (enter <= leave)
+ * Start     until the first block was learnt an eighth of the stillness is enough: an attitude
+ *           without bias drifts away meanwhile
  * Visits    each call looks at one axis of one sensor, accelerometer x y z, gyroscope x y z, in
  *           turn: a round is six samples. A block is REST_BLOCK_ROUNDS rounds that gather, and one
  *           whose first visit weighs gravity and whose last three learn, in place of looking; if
@@ -30,6 +32,7 @@
 
 enum {
     REST_BLOCK_ROUNDS   = 16,
+    REST_FIRST_SHIFT    = 3,    /* still_rounds / 8 do until the bias is known */
     REST_GYRO_LIMIT_MAX = 2046, /* leave_gyro + bias_max, so that a block fits int16 */
     REST_ACC_LIMIT_MAX  = 16383
 };
@@ -45,7 +48,8 @@ typedef struct {
     int16_t  limit_counts[2][2];
     int16_t  bias_max_counts; /* a low-passed gyroscope beyond it turns */
     int16_t  lowpass_q16;     /* 1..32767, gain of one visit */
-    uint8_t  still_rounds;    /* as many without motion make rest, 1..255 */
+    uint8_t  still_rounds;    /* as many without motion make rest, 1..255; at first an eighth,
+                                 rounded down, at least one */
     uint8_t  gain_len;        /* blocks until the mean is exponential, 1..255 */
     uint16_t gravity2_min;    /* (256 counts)^2, square of the low-passed acceleration */
     uint16_t gravity2_max;

@@ -122,7 +122,9 @@ static void end_round(rest_t *rest)
 {
     ++rest->rounds;
     if ((rest->flags & REST_AT_REST) == 0U) {
-        if (rest->rounds != rest->config->still_rounds) { return; }
+        uint8_t asked = rest->config->still_rounds;
+        if ((rest->flags & REST_BIAS_KNOWN) == 0U) { asked >>= REST_FIRST_SHIFT; }
+        if (rest->rounds < asked) { return; }
         rest->flags |= REST_AT_REST;
     } else {
         if (rest->rounds <= ROUND_LEARNS) { return; }

@@ -136,11 +136,15 @@ def rest_signals(rng: random.Random) -> dict[str, tuple[str, list]]:
         rails[at] = (tuple(gyro), tuple(acc))
     dead = _lying(rng, 300, (0, 0, 0), gravity=0)
     drifting = [((22, 0, 31 if n < 200 else 34), (0, 0, 2048)) for n in range(400)]
+    own, bias = random.Random(SEED + 24), (20, -20, 8)
+    starts = _lying(own, 90, bias) + _turned(12)  # broken off in its first block
+    starts += _lying(own, 140, bias) + _turned(12) + _lying(own, 170, bias)
     return {
         "learns": ("bias learnt, motion, bias followed", lying + _turned(60) + warmer),
         "rails": ("samples on a rail are no rest, and counted", rails),
         "dead": ("an accelerometer that feels nothing: no block is learnt", dead),
         "turns": ("a constant rate, below what a bias may be, then beyond it", drifting),
+        "starts": ("an eighth of the stillness, until a block is learnt; then all of it", starts),
     }
 
 

@@ -14,6 +14,7 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 VISITS = 6  # samples a round: three axes of two sensors, rest.h
 BLOCK_ROUNDS = 16  # REST_BLOCK_ROUNDS: rounds that gather
 LEARN_ROUNDS = 1  # and one that learns
+FIRST_SHIFT = 3  # REST_FIRST_SHIFT: still_rounds / 8 do until the bias is known
 GRAVITY_STEP_COUNTS = 256
 COUNT_MAX = 255  # of rounds, of blocks
 
@@ -25,9 +26,11 @@ def timing(rate_hz: float, times: dict) -> dict[str, float]:
     """
     round_s = VISITS / rate_hz
     blocks = times["bias_s"] / block_s(rate_hz)
+    still_rounds = max(1, round(times["still_s"] / round_s))
     return {
         "lowpass_gain": round_s / times["lowpass_s"],
-        "still_rounds": max(1, round(times["still_s"] / round_s)),
+        "still_rounds": still_rounds,
+        "first_rounds": max(1, still_rounds >> FIRST_SHIFT),
         "gain_len": 1 << max(0, round(math.log2(blocks))),
     }
 

@@ -10,6 +10,7 @@ from terazi.models.exact import COUNTER_MAX, rounded_shift
 INT16_MIN, INT16_MAX = -(1 << 15), (1 << 15) - 1
 RAILS = (INT16_MIN, INT16_MAX)
 BLOCK_ROUNDS = 16
+FIRST_DIVISOR = 8  # of still_rounds, until the bias is known
 AT_REST, BIAS_KNOWN = 1, 2
 
 Vector = Sequence[int]
@@ -138,7 +139,8 @@ class Rest:
     def _end_round(self) -> None:
         ended, self.rounds = self.rounds, self.rounds + 1
         if not self.at_rest:
-            if self.rounds == self.config["still_rounds"]:
+            asked = self.config["still_rounds"] // (1 if self.bias_known else FIRST_DIVISOR)
+            if self.rounds == max(asked, 1):
                 self.at_rest, self.rounds = True, 0
         elif ended == BLOCK_ROUNDS:
             self.bias_known, self.rounds = True, 0

@@ -57,7 +57,7 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
 
     low, bias, block = np.zeros(6), np.zeros(3), np.zeros(3)
     flags, biases = np.zeros(count, dtype=bool), np.zeros((count, 3))
-    at_rest, rounds, blocks, rejected, implausible = False, 0, 0, 0, 0
+    at_rest, known, rounds, blocks, rejected, implausible = False, False, 0, 0, 0, 0
     margin, budget = np.inf, np.zeros(3)
     for n in range(count):
         visit = n % 6
@@ -97,10 +97,10 @@ def rest(gyro_b_rad_s, acc_b_m_s2, *, rate_hz, **changed):
         elif visit == 5:
             rounds += 1
             if not at_rest:
-                if rounds == timed["still_rounds"]:
+                if rounds == timed["still_rounds" if known else "first_rounds"]:
                     at_rest, rounds = True, 0
             elif rounds == design.BLOCK_ROUNDS + 1:
-                rounds = 0
+                known, rounds = True, 0
         flags[n], biases[n] = at_rest, bias
     return RestResult(
         flags, biases, rejected, implausible, float(margin), float(budget.max() / scale) + 1e-12
