@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
+#include "attitude.h"
 #include "command.h"
 #include "health.h"
 #include "hx711.h"
 #include "idle.h"
 #include "lamp.h"
+#include "led.h"
+#include "mpu6050.h"
 #include "setup.h"
 #include "store.h"
 #include "telemetry.h"
-#include "thermometer.h"
 #include "ticks.h"
 #include "uart.h"
 #include "watchdog.h"
@@ -18,7 +20,7 @@
 
 /* In 2^16 us. */
 enum {
-    THERMOMETER       = 15, /* 0.98 s */
+    TEMPERATURE       = 15, /* 0.98 s */
     FIRST_TEMPERATURE = 1   /* the part must wake, then measure */
 };
 
@@ -45,20 +47,30 @@ static void weigh(void)
 
 static void measure_temperature(uint32_t now_us)
 {
-    static uint8_t asked;
+    static uint8_t looked;
     const uint8_t  now = (uint8_t)(now_us >> 16);
     int16_t        centi;
 
-    if ((uint8_t)(now - asked) >=
-        (weighing_awaits_temperature() ? FIRST_TEMPERATURE : THERMOMETER)) {
-        asked = now;
-        thermometer_ask(now_us);
+    if ((uint8_t)(now - looked) <
+        (weighing_awaits_temperature() ? FIRST_TEMPERATURE : TEMPERATURE)) {
+        return;
     }
-    switch (thermometer_poll(&centi, now_us)) {
-    case THERMOMETER_READING: weighing_temperature(centi); break;
-    case THERMOMETER_MISSING: weighing_no_temperature(); break;
-    case THERMOMETER_NOTHING:
-    default: break;
+    looked = now;
+    if (attitude_temperature(&centi)) {
+        weighing_temperature(centi);
+    } else if (mpu6050_state() == MPU6050_ABSENT) {
+        weighing_no_temperature();
+    }
+}
+
+static void show(uint32_t now_us)
+{
+    const uint16_t faults = health_faults();
+
+    if (setup.imu_lamp != 0U && faults == 0U) {
+        led_set(attitude_is_still());
+    } else {
+        lamp_update(faults, now_us);
     }
 }
 
@@ -69,11 +81,10 @@ int main(void)
 {
     lamp_init();
     ticks_init();
-    uart_init();
     setup_init();
+    uart_init((uart_baud_t)setup.uart_baud);
     command_init();
     telemetry_init();
-    thermometer_init();
     idle_init();
     hx711_init((hx711_gain_t)setup.gain);
     watchdog_start();
@@ -83,12 +94,14 @@ int main(void)
         watchdog_feed();
         idle_clear_work();
         receive();
+        attitude_poll();
         weigh();
+        attitude_poll();
         const uint32_t now_us = ticks_device_us();
         measure_temperature(now_us);
         store_tick(&setup);
         telemetry_tick(now_us);
-        lamp_update(health_faults(), now_us);
+        show(now_us);
         idle_sleep();
     }
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "setup.h"
 
+#include "attitude.h"
 #include "health.h"
 #include "messages.h"
 #include "store.h"
@@ -18,9 +19,10 @@ void setup_init(void)
     const settings_reading_t reading = store_load(&setup);
     bool                     is_lost = reading == SETTINGS_ROTTEN || reading == SETTINGS_FOREIGN;
 
-    if (!weighing_setup(false)) {
+    if (!weighing_setup(false) || !attitude_setup()) {
         settings_reset(&setup, true);
         weighing_setup(false);
+        attitude_setup();
         is_lost = true;
     }
     note_lost(is_lost);
@@ -45,7 +47,10 @@ uint8_t setup_set(uint8_t key, int32_t value)
     case SETTINGS_UNKNOWN_KEY:
     default: return MESSAGES_RESULT_OUT_OF_RANGE;
     }
-    if (value == before || weighing_setup_key(key)) { return MESSAGES_RESULT_OK; }
+    if (value == before) { return MESSAGES_RESULT_OK; }
+    if (key < SETTINGS_KEY_IMU_MODE ? weighing_setup_key(key) : attitude_setup_key(key)) {
+        return MESSAGES_RESULT_OK;
+    }
     settings_set(&setup, key, before);
     return MESSAGES_RESULT_CONTRADICTS;
 }
@@ -54,6 +59,7 @@ void setup_reset(uint8_t what)
 {
     settings_reset(&setup, what == MESSAGES_RESET_WHAT_EVERYTHING);
     weighing_setup(true);
+    attitude_setup();
     setup_save();
 }
 

@@ -16,7 +16,7 @@
 
 extern settings_t setup;
 
-/* Load them, and set up the chain by them (weighing_setup). */
+/* Load them, and set up the chains by them (weighing_setup, attitude_setup). */
 void setup_init(void);
 
 /* MESSAGES_RESULT_...; if refused, nothing changes. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "telemetry.h"
 
+#include "attitude.h"
 #include "counter.h"
 #include "frame.h"
 #include "health.h"
@@ -130,8 +131,8 @@ static COMPACT void send(uint8_t id, uint32_t device_us, const void *payload, ui
     uart_end(frame_encode(uart_tx_ring, at, &frame));
 }
 
-/* What is streamed, unless it is not wanted or a person is reading. */
-static void stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *payload, uint8_t len)
+void telemetry_stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *payload,
+                      uint8_t len)
 {
     if (text_mode != 0U || (stream_mask & flag) == 0U) { return; }
     send(id, device_us, payload, len, STREAM_LEAVES);
@@ -191,7 +192,8 @@ static COMPACT void stream_weight(uint32_t now_us)
     weight.faults    = health_faults();
     own.weight_flags = weight.weight_flags;
     own.weight_256us = (uint16_t)(now_us >> 8);
-    stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight, sizeof weight);
+    telemetry_stream(MESSAGES_STREAM_FLAG_WEIGHT, MESSAGES_WEIGHT_ID, now_us, &weight,
+                     sizeof weight);
 }
 
 static COMPACT void stream_events(void)
@@ -203,12 +205,12 @@ static COMPACT void stream_events(void)
     uint32_t device_us;
 
     if (weighing_step(&event.step, &device_us)) {
-        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_STEP_ID, device_us, &event.step,
-               sizeof event.step);
+        telemetry_stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_STEP_ID, device_us, &event.step,
+                         sizeof event.step);
     }
     if (weighing_product(&event.product, &device_us)) {
-        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_PRODUCT_ID, device_us, &event.product,
-               sizeof event.product);
+        telemetry_stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_PRODUCT_ID, device_us, &event.product,
+                         sizeof event.product);
     }
 }
 
@@ -225,7 +227,8 @@ void telemetry_sample(const messages_sample_t *sample, uint32_t device_us)
         if (!refuse_lines(TEXT_LINE_MAX, STREAM_LEAVES)) { text_sample(sample); }
         return;
     }
-    stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample, sizeof *sample);
+    telemetry_stream(MESSAGES_STREAM_FLAG_SAMPLE, MESSAGES_SAMPLE_ID, device_us, sample,
+                     sizeof *sample);
     if (sample->weight_flags != own.weight_flags) { stream_weight(device_us); }
     stream_events();
 }
@@ -255,6 +258,7 @@ COMPACT void telemetry_tick(uint32_t now_us)
         if ((stream_mask & MESSAGES_STREAM_FLAG_STATUS) != 0U && text_mode == 0U) {
             send_status(STREAM_LEAVES);
         }
+        attitude_tick();
     }
     if ((uint16_t)((uint16_t)(now_us >> 8) - it->weight_256us) >= WEIGHT_256US) {
         stream_weight(now_us);
@@ -263,7 +267,8 @@ COMPACT void telemetry_tick(uint32_t now_us)
     const uint16_t changed = health_take_changed();
     if (changed != 0U) {
         const messages_fault_t fault = {.faults = health_faults(), .changed = changed};
-        stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_FAULT_ID, now_us, &fault, sizeof fault);
+        telemetry_stream(MESSAGES_STREAM_FLAG_EVENT, MESSAGES_FAULT_ID, now_us, &fault,
+                         sizeof fault);
     }
 }
 

@@ -27,7 +27,10 @@ void telemetry_sample(const messages_sample_t *sample, uint32_t device_us);
 void telemetry_hello(void);
 void telemetry_status(void);
 
-/* A message as it lies in memory. */
+/* A message as it lies in memory: one that is streamed, unless that is not wanted or a person is
+ * reading; and an answer. */
+void telemetry_stream(uint8_t flag, uint8_t id, uint32_t device_us, const void *payload,
+                      uint8_t len);
 void telemetry_answer(uint8_t id, const void *message, uint8_t len);
 
 /* The same for a person. Names a result of messages.toml and the word it answers. */

@@ -11,7 +11,7 @@ static uint32_t slept_ticks;
 
 void idle_init(void)
 {
-    SMCR       = 0; /* idle: timers, USART and external edges go on */
+    SMCR       = _BV(SE); /* idle: timers, USART and external edges go on */
     IDLE_FLAGS = 0;
     sei();
 }
@@ -36,20 +36,20 @@ void idle_note_waking(void)
 
 void idle_sleep(void)
 {
+    uint16_t slept = 0; /* the timer's overflow ends the loop: less than its period */
+
     for (;;) {
         cli();
         if ((IDLE_FLAGS & _BV(IDLE_WORK_BIT)) != 0U) { break; }
         const uint16_t since = TCNT1;
         IDLE_FLAGS |= _BV(IDLE_ASLEEP_BIT);
-        sleep_enable();
         sei();
         sleep_cpu();
-        sleep_disable();
-        /* Every interrupt clears the flag, so no later one writes woken_tick. A sleep is
-         * shorter than the timer's period, because the timer's overflow ends it. */
-        slept_ticks += (uint16_t)(woken_tick - since);
+        /* Every interrupt clears the flag, so no later one writes woken_tick. */
+        slept += (uint16_t)(woken_tick - since);
     }
     sei();
+    slept_ticks += slept;
 }
 
 uint32_t idle_take_slept_ticks(void)

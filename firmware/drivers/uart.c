@@ -7,10 +7,8 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
-enum { BAUD = 115200 };
-
 /* U2X: UBRR = clock / (8 * baud) - 1, rounded */
-#define UBRR_VALUE ((uint16_t)((F_CPU + 4UL * BAUD) / (8UL * BAUD) - 1UL))
+#define UBRR_FOR(baud) ((uint8_t)((F_CPU + 4UL * (baud)) / (8UL * (baud)) - 1UL))
 
 uint8_t                 uart_tx_ring[UART_TX_LEN];
 static volatile uint8_t tx_head; /* main loop writes: next free place */
@@ -58,9 +56,11 @@ ISR(USART_RX_vect)
     idle_post_work();
 }
 
-void uart_init(void)
+void uart_init(uart_baud_t baud)
 {
-    UBRR0  = UBRR_VALUE;
+    UBRR0 = UBRR_FOR(115200);
+    if (baud == UART_500000) { UBRR0 = UBRR_FOR(500000); }
+    if (baud == UART_1000000) { UBRR0 = UBRR_FOR(1000000); }
     UCSR0A = _BV(U2X0);
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00); /* 8N1 */
     UCSR0B = _BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0);

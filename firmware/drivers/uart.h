@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* uart - USART0 as two byte rings served by interrupts, 115200 baud, 8N1.
+/* uart - USART0 as two byte rings served by interrupts, 8N1.
  *
- * Model     UBRR 16 with U2X gives 117647 baud, 2.1 % high, as every Uno's (ATmega328P datasheet,
- *           table 20-6)
+ * Model     115200 baud: UBRR 16 with U2X gives 117647, 2.1 % high, as every Uno's; 500000 and
+ *           1000000 baud are exact (ATmega328P datasheet, table 20-6)
  * Sending   frames are made in the ring itself; who makes one asks for room, so that none is torn
  * Bad data  bytes lost in the USART (data overrun), lost because the ring is full, or received
  *           with a framing error are counted, the last ones kept out of the ring
@@ -16,10 +16,12 @@
 
 enum {
     UART_TX_LEN = 256, /* indices are uint8 and wrap by themselves; one place stays empty */
-    UART_RX_LEN = 64   /* 5.5 ms of a saturated line */
+    UART_RX_LEN = 64   /* 5.5 ms of a saturated line at 115200 baud, 0.6 ms at 1000000 */
 };
 
-void uart_init(void);
+typedef enum { UART_115200, UART_500000, UART_1000000 } uart_baud_t;
+
+void uart_init(uart_baud_t baud);
 
 /* Take a received byte; false if there is none. */
 bool uart_read(uint8_t *byte);

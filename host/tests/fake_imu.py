@@ -139,7 +139,7 @@ class FakeImu:
         flags |= AttitudeFlag.BIAS_KNOWN if rested & BIAS_KNOWN else 0
         flags |= AttitudeFlag.STILL if is_still else 0
         flags |= AttitudeFlag.HEADING if self._field is not None else 0
-        return Attitude(self.number % 65536, *self._mahony.quat_wb_q30, AttitudeFlag(flags))
+        return Attitude(self.number % 65536, *self._mahony.state_q30, AttitudeFlag(flags))
 
     def status(self) -> ImuStatus:
         counts = self._mahony.counts if self._mahony else dict.fromkeys(("gaps", "railed"), 0)

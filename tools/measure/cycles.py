@@ -39,6 +39,7 @@ from terazi.link.generated.messages import (
 )
 from terazi.link.generated.settings import SettingKey
 from virtual_uno import Uno
+from virtual_uno.motion import read_motion
 from virtual_uno.uno import RAM_END
 
 RATE_SPS = 80.0
@@ -142,23 +143,65 @@ def exercise(uno: Uno) -> None:
     uno.run(STEP_S)
 
 
+def _put(uno: Uno, key: SettingKey, value: int) -> None:
+    message = SetSetting(key, value)
+    uno.uart.write(encode_frame(message.ID, 0, 0, message.pack()))
+    uno.run(COMMAND_S)
+
+
+def fit_imu(uno: Uno) -> None:
+    """An IMU that is moved, at 500 Hz; ATTITUDE 100 times a second, at 115 200 baud."""
+    motion = read_motion("rocking")
+    uno.imu.fit().noise()
+    uno.imu.feel(acc_g=motion.acc_g, gyro_deg_s=motion.gyro_deg_s)
+    uno.run(STEP_S)
+
+
+def fit_fast_imu(uno: Uno) -> None:
+    """At 1 kHz; ATTITUDE 200 times a second, at 500 000 baud."""
+    fit_imu(uno)
+    _put(uno, SettingKey.IMU_MODE, 2)
+    _put(uno, SettingKey.UART_BAUD, 1)
+    uno.uart.write(encode_frame(SaveSettings.ID, 0, 0, b""))
+    uno.run(STEP_S)
+    uno.reset()
+
+
+def fit_magnetometer(uno: Uno) -> None:
+    """The same with a field."""
+    uno.mag.fit("qmc5883l").feel(read_motion("rocking").field_ut)
+    fit_fast_imu(uno)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What is measured, and what comes before it."""
+
+    run: Callable[[Uno], None]
+    prepare: Callable[[Uno], None] = lambda _uno: None
+
+
 # The name of a scenario is its key in cpu_load.
-SCENARIOS: dict[str, Callable[[Uno], None]] = {
-    "weighing_80sps": stream_frames,
-    "weighing_80sps_text": stream_text,
-    "command": command,
-    "pass_products": pass_products,
-    "exercise": exercise,
+SCENARIOS = {
+    "weighing_80sps": Scenario(stream_frames),
+    "weighing_80sps_text": Scenario(stream_text),
+    "attitude_500hz": Scenario(stream_frames, fit_imu),
+    "attitude_1khz": Scenario(stream_frames, fit_fast_imu),
+    "attitude_1khz_mag": Scenario(stream_frames, fit_magnetometer),
+    "command": Scenario(command, fit_imu),
+    "pass_products": Scenario(pass_products, fit_fast_imu),
+    "exercise": Scenario(exercise, fit_imu),
 }
 
 
-def run_scenario(elf: Path, scenario: Callable[[Uno], None]) -> Run:
+def run_scenario(elf: Path, scenario: Scenario) -> Run:
     uno = Uno(elf, rate_sps=RATE_SPS, noise_counts=40.0)
     uno.load(counts=load_counts)
+    scenario.prepare(uno)
     uno.run(WARM_UP_S)
     uno.paint_stack()
     with uno.profile(FUNCTIONS.values()) as profile:
-        scenario(uno)
+        scenario.run(uno)
     figures = profile.figures
     reads, others = [], []  # the longest come first
     for window in figures.windows:

@@ -81,6 +81,11 @@ class Mahony:
         return tuple(quat)
 
     @property
+    def state_q30(self) -> tuple[int, int, int, int]:
+        """The same as the filter holds it and ATTITUDE tells it: norm 1 within 3e-4."""
+        return tuple(self._c.step.quat_wb_q30)
+
+    @property
     def quat_wb(self) -> np.ndarray:
         """The attitude as (4,) float64."""
         return np.array(self.quat_wb_q30) / Q30
@@ -110,12 +115,20 @@ class Mahony:
         return {name: getattr(self._c.counts, name) for name in COUNTS}
 
     def block(
-        self, gyro_b_counts, acc_b_counts, mag_b_counts=None, *, bias_q16=None, rest=None
+        self,
+        gyro_b_counts,
+        acc_b_counts,
+        mag_b_counts=None,
+        *,
+        bias_q16=None,
+        rest=None,
+        as_state=False,
     ) -> np.ndarray:
         """Take (n, 3) samples; gives (n, 4) int32 attitudes in Q30 after each.
 
         mag_b_counts : (n, 3), for 9 axes.
         bias_q16 : (3,) or (n, 3) int32;  rest : or a Rest that learns it on the way.
+        as_state : as state_q30, without a Rest.
         """
         vectors = [int16_vectors(gyro_b_counts, "gyroscope values")]
         vectors.append(int16_vectors(acc_b_counts, "accelerometer values"))
@@ -128,8 +141,8 @@ class Mahony:
         mag = pointer(more[0]) if more else ffi.NULL
         quats = np.empty((count, 4), dtype=np.int32)
         if rest is not None:
-            if bias_q16 is not None:
-                raise ValueError("either rest or bias_q16 gives the bias")
+            if bias_q16 is not None or as_state:
+                raise ValueError("either rest or bias_q16 gives the bias, and no state with rest")
             lib.mahony_blocks_run_rest(
                 self._modes, rest.c_state, pointer(gyro), pointer(acc), mag, pointer(quats), count
             )
@@ -138,7 +151,7 @@ class Mahony:
         lib.mahony_blocks_run(
             self._modes,
             *(pointer(gyro), pointer(acc), mag),
-            *(ffi.NULL if bias is None else pointer(bias), step),
+            *(ffi.NULL if bias is None else pointer(bias), step, as_state),
             *(pointer(quats), count),
         )
         return quats
