@@ -59,7 +59,7 @@ class Chain:
         if self._rest is None:
             self._rest = Rest(self._rate)
         bias_q16, rested = self._rest.block(gyro, acc)
-        quats_q30 = self._mahony.block(gyro, acc, fields, bias_q16=bias_q16)
+        quats_q30 = self._mahony.block(gyro, acc, fields, bias_q16=bias_q16, as_state=True)
         flags = np.where(rested & AT_REST, int(AttitudeFlag.REST), 0)
         flags |= np.where(rested & BIAS_KNOWN, int(AttitudeFlag.BIAS_KNOWN), 0)
         if self._zupt is not None:
@@ -128,15 +128,28 @@ def _fields(
             counts_of(mag)[last], before, "mag", "mag"
         )
     has_heading = told_flags(inertial, run, AttitudeFlag.HEADING)
-    # Until a heading was told in this chain, it may be that the field was no good for one.
-    is_quiet = ~np.maximum.accumulate(has_heading)
-    is_kept = (used_from[np.clip(newest, 0, None)] >= 0) | _had_heading(inertial, run)
-    return fields[np.clip(newest, 0, None)], (newest >= 0) & (has_heading | (is_quiet & is_kept))
+    # It goes where a heading is told no more, but none is told while the inclination is being set;
+    # and comes with the next field.
+    starts = told_flags(inertial, run, AttitudeFlag.RESTARTED)
+    goes = ~has_heading & (_last(has_heading) > _last(starts))
+    comes = has_heading | (np.diff(newest, prepend=newest[:1]) != 0)
+    is_gone = _last(goes) > _last(comes)
+    is_kept = (used_from[np.clip(newest, 0, None)] >= 0) | _had_field(inertial, run)
+    return fields[np.clip(newest, 0, None)], (newest >= 0) & is_kept & ~is_gone
 
 
-def _had_heading(inertial: Inertial, run: Run) -> bool:
-    """Whether the last ATTITUDE before a run told a heading."""
-    attitude = inertial.attitude
-    before = attitude["order"] < inertial.imu["order"][run.begin]
-    at = np.flatnonzero(before & (attitude["boot"] == run.boot))
-    return bool(len(at) and attitude["flags"][at[-1]] & int(AttitudeFlag.HEADING))
+def _last(is_set: np.ndarray) -> np.ndarray:
+    """(n,) at each place the last one up to there that is set; -1: none yet."""
+    return np.maximum.accumulate(np.where(is_set, np.arange(len(is_set)), -1))
+
+
+def _had_field(inertial: Inertial, run: Run) -> bool:
+    """Whether a field was used before a run: the last ATTITUDE that could, told a heading, or one
+    came behind it."""
+    attitude, mag, begin = inertial.attitude, inertial.mag, inertial.imu["order"][run.begin]
+    flags = attitude["flags"]
+    tells = (flags & int(AttitudeFlag.RESTARTED) == 0) & (attitude["order"] < begin)
+    at = np.flatnonzero(tells & (attitude["boot"] == run.boot))
+    if not len(at) or flags[at[-1]] & int(AttitudeFlag.HEADING):
+        return True
+    return bool(((mag["order"] > attitude["order"][at[-1]]) & (mag["order"] < begin)).any())

@@ -75,8 +75,9 @@ def _whole(inertial: Inertial, run: Run) -> Run:
         # A field comes behind the sample with which it is used first.
         known = int(broken[0]) + (not (has_fields and was_lost[broken[0]]))
         run = replace(run, end=run.begin + known, why=why)
-    # An IMU that was away counts no samples meanwhile.
-    away = told_flags(inertial, run, AttitudeFlag.RESTARTED)[1:]
+    # An IMU that was away counts no samples meanwhile. It may say so for as long as it starts.
+    says_anew = told_flags(inertial, run, AttitudeFlag.RESTARTED)
+    away = says_anew[1:] & ~says_anew[:-1]
     away |= np.diff(imu["device_us"][run.begin : run.end]) > GAP_MAX_US
     lost = np.where(away, LOST, missed[: len(away)])
     at = np.flatnonzero(lost)
