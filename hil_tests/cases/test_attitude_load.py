@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Attitude at full rate beside a scale that weighs: nothing late, nothing lost, and time to spare."""
+"""Attitude at full rate beside a scale that weighs: nothing late or lost, and time to spare."""
 
 import os
 from itertools import pairwise
