@@ -64,7 +64,7 @@ def raw(command, *numbers):
 
 I32_MIN, I32_MAX = -(1 << 31), (1 << 31) - 1
 OUT_OF_RANGE = [
-    *(raw(SetStream, mask) for mask in (16, 128, 255)),
+    *(raw(SetStream, mask) for mask in (64, 128, 255)),
     *(raw(SetTextMode, on) for on in (2, 255)),
     *(raw(Show, view) for view in (3, 255)),
     raw(CountPieces, 0),
@@ -99,6 +99,12 @@ BY_THE_COMMAND = [
     (SetSetting(SettingKey.SCALE_MAX_MG, I32_MIN), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.CHAIN_ORDER, 2), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.CHAIN_GAIN, 0), Result.OUT_OF_RANGE),
+    (SetSetting(SettingKey.IMU_MODE, 6), Result.OUT_OF_RANGE),
+    (SetSetting(SettingKey.IMU_EVERY, 0), Result.OUT_OF_RANGE),
+    (SetSetting(SettingKey.IMU_ORIENTATION, 0), Result.CONTRADICTS),  # x and y along one axis
+    (SetSetting(SettingKey.MAG_ORIENTATION, 11), Result.CONTRADICTS),  # x along no axis
+    (SetSetting(SettingKey.UART_BAUD, 3), Result.OUT_OF_RANGE),
+    (SetSetting(SettingKey.ACC_XX_Q16, 10_923), Result.OUT_OF_RANGE),
     (SetSetting(SettingKey.SCALE_DIGIT, 3), Result.CONTRADICTS),
     (SetSetting(SettingKey.SCALE_INTERVAL_MG, 400_000), Result.CONTRADICTS),
     (SetSetting(SettingKey.CHECKWEIGHER_LEAVE_MG, 1_000_000), Result.CONTRADICTS),
