@@ -4,14 +4,22 @@
 import asyncio
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 
-from host.tests.fake_chain import EMPTY_COUNTS
+from host.tests.fake_chain import EMPTY_COUNTS, Chain
 from host.tests.fake_device import FakeDevice
 from host.tests.fake_imu import FakeImu
 from terazi.link import open_link
-from terazi.link.generated.messages import SetTextMode, Tare
+from terazi.link.generated.messages import (
+    AttitudeFlag,
+    FaultFlag,
+    SetTextMode,
+    StreamFlag,
+    Tare,
+    Weight,
+)
 from terazi.live import parts
 from terazi.live.app import LiveApp
 from terazi.live.session import Session
@@ -86,6 +94,68 @@ def test_keys_tare_and_switch_to_text_lines_and_back(tmp_path):
         assert device.commands.count(SetTextMode.ID) == 2
 
 
+def test_text_lines_come_where_samples_are_streamed(tmp_path):
+    with live(tmp_path / "a.terazi") as (device, session):
+        wait_for(lambda: session.watch.balance.weight, "nothing came")
+        assert not device.chain.mask & StreamFlag.SAMPLE
+        session.order("text")
+        wait_for(lambda: session.is_text and session.said[0], "no text mode")
+        assert device.chain.mask & StreamFlag.SAMPLE  # a line stands for a SAMPLE
+        assert "text mode" in parts.angles(session).plain
+        session.order("text")
+        wait_for(lambda: session.said[0] == "text: frames again", "no frames again")
+        assert not device.chain.mask & StreamFlag.SAMPLE
+
+
+def test_the_newest_events_stand_on_80_by_24(tmp_path):
+    async def look() -> str:
+        app = LiveApp(session)
+        async with app.run_test(size=SIZE) as pilot:
+            session.watch.events.extend(f"event {number}" for number in range(6))
+            session.said = ("word " * 20, True)
+            await pilot.pause(0.5)
+            return screen_text(app)
+
+    with live(tmp_path / "a.terazi") as (_device, session):
+        wait_for(lambda: session.watch.status, "no STATUS came")
+        shown = asyncio.run(look())
+    assert "event 5" in shown
+    assert "event 4" in shown
+    assert shown.count("word") == 20  # a long answer takes two lines
+
+
+def test_no_weight_is_shown_while_a_fault_spoils_it(tmp_path):
+    with live(tmp_path / "a.terazi") as (_device, session):
+        wait_for(lambda: session.watch.balance.weight, "nothing came")
+        weight = session.watch.balance.weight
+        session.watch.balance.weight = replace(weight, faults=FaultFlag.CABLE_OUT)
+        digits, words = parts.weight_digits(session), parts.weight_words(session).plain
+    assert digits.startswith("-----")
+    assert words == "no weight to be trusted: cable out"
+
+
+def test_attitudes_give_way_where_they_leave_no_room_for_the_weight(tmp_path, monkeypatch):
+    def wants(chain, message):
+        is_starved = isinstance(message, Weight) and chain.mask & StreamFlag.ATTITUDE
+        return not is_starved and told(chain, message)
+
+    told = Chain.wants
+    monkeypatch.setattr(Chain, "wants", wants)
+    with live(tmp_path / "a.terazi") as (_device, session):
+        wait_for(lambda: session.watch.balance.weight, "attitudes keep the weight out")
+        assert session.is_narrow
+        assert session.said[1]
+        wait_for(lambda: "no room" in parts.angles(session).plain, "why there is none is not told")
+        assert session.attitude_rate_hz == 0
+
+
+def test_what_happens_for_one_attitude_is_shown_long_enough_to_be_seen(tmp_path):
+    with live(tmp_path / "a.terazi") as (_device, session):
+        wait_for(lambda: session.attitude, "nothing came")
+        assert session.attitude_flags & AttitudeFlag.RESTARTED  # told by the first one alone
+        wait_for(lambda: not session.attitude_flags & AttitudeFlag.RESTARTED, "it stays for ever")
+
+
 def test_a_recording_is_begun_and_ended_by_its_key_and_can_be_read(tmp_path):
     path = tmp_path / "walk.terazi"
     with live(path) as (_device, session):
@@ -95,6 +165,7 @@ def test_a_recording_is_begun_and_ended_by_its_key_and_can_be_read(tmp_path):
         session.order("record")
         wait_for(lambda: session.recorder is None, "it did not end")
     assert "samples in" in session.said[0]
+    assert session.recorded == [session.said[0].removeprefix("record: ")]
     assert load_recording(path)
     assert path.with_suffix(".csv").is_file()
 
@@ -160,5 +231,5 @@ class _Tilted:
 
         names = ("quat_w_q30", "quat_x_q30", "quat_y_q30", "quat_z_q30")
         told = {name: round(part * (1 << 30)) for name, part in zip(names, quat, strict=True)}
-        self.attitude = SimpleNamespace(message=SimpleNamespace(**told), host_s=0.0)
-        self.link = SimpleNamespace(now_s=lambda: 0.0)
+        self.attitude = SimpleNamespace(message=SimpleNamespace(**told))
+        self.has_attitude = True

@@ -50,5 +50,7 @@ def live(
     where = None if record_to is None else lambda: record_to
     with board(port, baud) as link, Session(link, record_to=where) as session:
         LiveApp(session).run()
+    for words in session.recorded:
+        out.print(f"recorded  {words}", markup=False, soft_wrap=True)
     if session.fault is not None:
         raise session.fault

@@ -33,7 +33,8 @@ def shown(weight: Weight) -> str:
     """The display: 499.8 g, or dashes where nothing is to be shown."""
     unit = weight.unit.name.lower() if isinstance(weight.unit, Unit) else "?"
     unit = "N" if unit == "n" else unit
-    if weight.weight_flags & (WeightFlag.OVER | WeightFlag.UNDER):
+    untold = weight.weight_flags & (WeightFlag.OVER | WeightFlag.UNDER)
+    if untold or weight.faults & faults.SPOILING:
         return f"{BLANK} {unit}"
     return f"{weight.shown / 10**weight.decimals:.{weight.decimals}f} {unit}"
 

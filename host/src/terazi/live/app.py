@@ -14,7 +14,6 @@ from terazi.live import parts
 from terazi.live.session import Session
 
 DRAWN_PER_S = 10
-EVENTS_SHOWN = 5
 
 
 class FaultScreen(ModalScreen):
@@ -54,7 +53,8 @@ class LiveApp(App):
     #attitude { height: 10; border: round $primary; padding: 0 1; }
     #angles { width: 1fr; height: 8; }
     #bubble { width: 23; height: 8; }
-    #health, #fault, #imu, #said { height: 1; }
+    #health, #fault, #imu { height: 1; }
+    #said { height: auto; max-height: 2; }
     #events { height: 1fr; min-height: 2; }
     """
     BINDINGS = (
@@ -106,10 +106,17 @@ class LiveApp(App):
             ("imu", parts.imu_line(session)),
             ("health", parts.health(session)),
             ("fault", parts.fault_line(session)),
-            ("events", Text("\n".join(list(told)[-EVENTS_SHOWN:]))),
+            ("events", Text("\n".join(list(told)[-self._events_room :]))),
             ("said", Text(words, style="bold red" if is_bad else "green")),
         ):
+            if name != "said":
+                content.no_wrap, content.overflow = True, "ellipsis"
             self._parts[name].update(content)
+
+    @property
+    def _events_room(self) -> int:
+        """Lines that there are room for: the newest are shown."""
+        return max(self._parts["events"].size.height, 1)
 
     def action_order(self, name: str) -> None:
         """A key's order to the board."""

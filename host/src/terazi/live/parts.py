@@ -9,13 +9,13 @@ from rich.text import Text
 from terazi.control import faults
 from terazi.control.balance import SILENCE_S
 from terazi.control.display import marks, shown, temperature_deg_c
+from terazi.control.inertial import ALARMING, MPU6050, flag_words, state_words
+from terazi.link.generated.messages import ImuState
 from terazi.live.session import Session
-from terazi.rotation import euler_deg, up_b
+from terazi.rotation import euler_deg, tilt_deg, up_b
 
 BUBBLE_WIDTH, BUBBLE_HEIGHT = 21, 7
 BUBBLE_DEG = 10.0  # of tilt at the rim
-ATTITUDE_SILENCE_S = 1.0
-MPU6050 = 0x68
 
 
 def weight_digits(session: Session) -> str:
@@ -33,6 +33,8 @@ def weight_words(session: Session) -> Text:
         return Text("text mode: the board sends lines, no weight", style="yellow")
     if balance.weight is None or balance.silent_s > SILENCE_S:
         return Text(f"no weight for {balance.silent_s:.0f} s", style="bold red")
+    if spoilt := faults.names(balance.weight.faults & faults.SPOILING):
+        return Text(f"no weight to be trusted: {', '.join(spoilt)}", style="bold red")
     words = marks(balance.weight)
     row = Text(words[0], style="bold green" if words[0] == "stable" else "bold yellow")
     for word in words[1:]:
@@ -62,7 +64,7 @@ def fault_line(session: Session) -> Text:
     held = faults.names(session.watch.faults)
     if not held:
         return Text("no fault", style="green")
-    return Text(f"fault: {', '.join(held)}   (f: what to do)", style="bold red")
+    return Text(f"fault (f: what to do): {', '.join(held)}", style="bold red")
 
 
 def fault_list(session: Session) -> Text:
@@ -83,45 +85,45 @@ def fault_list(session: Session) -> Text:
 
 def attitude_quat(session: Session) -> np.ndarray | None:
     """The newest quaternion, body to world; None where none has come of late."""
-    newest = session.attitude
-    if newest is None or session.link.now_s() - newest.host_s > ATTITUDE_SILENCE_S:
+    if not session.has_attitude:
         return None
-    told = newest.message
+    told = session.attitude.message
     parts = (told.quat_w_q30, told.quat_x_q30, told.quat_y_q30, told.quat_z_q30)
     return np.array([parts], dtype=np.float64)
 
 
 def angles(session: Session) -> Text:
-    """Roll, pitch and yaw, a line each, and what the attitude's flags say."""
+    """Roll, pitch, yaw and tilt, a line each, and what the attitude's flags say."""
+    if session.is_text:
+        return Text("text mode: the board sends lines, no attitude", style="yellow")
     quat = attitude_quat(session)
     if quat is None:
-        return Text("no attitude: no IMU, or imu.mode is off", style="dim")
+        return Text(_why_no_attitude(session), style="dim")
     rows = Text()
-    for name, value in zip(("roll", "pitch", "yaw"), euler_deg(quat)[0], strict=True):
+    values = [*euler_deg(quat)[0], tilt_deg(quat)[0]]
+    for name, value in zip(("roll", "pitch", "yaw", "tilt"), values, strict=True):
         rows.append(f"{name:<6}{value:8.2f} °\n", style="bold")
     rows.append_text(attitude_words(session))
     return rows
 
 
-def attitude_words(session: Session) -> Text:
-    """Stillness, heading, what has just happened."""
-    from terazi.link.generated.messages import AttitudeFlag as Flag
+def _why_no_attitude(session: Session) -> str:
+    imu = session.imu
+    if session.is_narrow:
+        return "no attitude: the line has no room for it"
+    if imu is None:
+        return "no attitude: no IMU was seen"
+    if imu.state != ImuState.RUNNING:
+        return f"no attitude: the IMU is {state_words(imu)}"
+    return "no attitude: imu.mode is off, or the board is silent"
 
-    flags = session.attitude.message.flags
-    words = Text()
-    for flag, name, style in (
-        (Flag.REST, "at rest", "green"),
-        (Flag.STILL, "still", "green"),
-        (Flag.BIAS_KNOWN, "bias known", "green"),
-        (Flag.HEADING, "north known", "cyan"),
-        (Flag.DISTURBED, "field disturbed", "yellow"),
-        (Flag.GAP, "samples lost", "red"),
-        (Flag.RAILED, "at a rail", "red"),
-        (Flag.RESTARTED, "set anew", "yellow"),
-    ):
-        if flags & flag:
-            words.append(f"{name}\n", style=style)
-    return words
+
+def attitude_words(session: Session) -> Text:
+    """What holds on one line, what is amiss on the next."""
+    flags = session.attitude_flags
+    words = Text("  ".join(flag_words(flags & ~int(ALARMING))), style="green")
+    amiss = "  ".join(flag_words(flags & int(ALARMING)))
+    return words.append(f"\n{amiss}", style="bold red")
 
 
 def imu_line(session: Session) -> Text:
@@ -130,8 +132,7 @@ def imu_line(session: Session) -> Text:
     if imu is None:
         return Text("no IMU", style="dim")
     name = "MPU-6050" if imu.identity == MPU6050 else f"IMU 0x{imu.identity:02X}"
-    state = getattr(imu.state, "name", str(imu.state)).lower()
-    words = [f"{name} {state}", f"{session.attitude_rate_hz:.0f} ATTITUDE/s"]
+    words = [f"{name} {state_words(imu)}", f"{session.attitude_rate_hz:.0f} ATTITUDE/s"]
     kind = getattr(imu.mag_kind, "name", "none")
     if kind.lower() != "none":
         words.append(kind)

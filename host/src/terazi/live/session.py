@@ -10,11 +10,13 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+from terazi.control.balance import SILENCE_S
 from terazi.control.display import Watch
 from terazi.errors import TeraziError
 from terazi.link import Link, Received
 from terazi.link.generated.messages import (
     Attitude,
+    AttitudeFlag,
     GetInfo,
     ImuStatus,
     SetStream,
@@ -28,6 +30,16 @@ LINES_KEPT = 200
 RATE_WINDOW = 100  # ATTITUDEs over which their rate is measured
 SHOWN_STREAM = StreamFlag.WEIGHT | StreamFlag.STATUS | StreamFlag.EVENT | StreamFlag.ATTITUDE
 RECORDED_STREAM = SHOWN_STREAM | StreamFlag.SAMPLE
+TEXT_STREAM = RECORDED_STREAM  # a text line stands for a SAMPLE, and comes where that would
+ASKING_STREAM = RECORDED_STREAM & ~StreamFlag.ATTITUDE  # attitudes may fill the line
+# They tell what happened since the ATTITUDE before, too shortly for an eye.
+MOMENTARY = AttitudeFlag.GAP | AttitudeFlag.RAILED | AttitudeFlag.RESTARTED
+MOMENT_S = 2.0
+ATTITUDE_SILENCE_S = 1.0
+TOO_NARROW = (
+    "attitudes fill the line, so that no weight came: they are left out. "
+    "More room: terazi set uart.baud=500000"
+)
 
 
 class Session:
@@ -47,7 +59,10 @@ class Session:
         self.is_text = False
         self.said = ("", False)  # words, and whether they are bad news
         self.fault: TeraziError | None = None  # what ended it
+        self.is_narrow = False  # the line has no room for attitudes beside the weight
         self.recorder = None
+        self.recorded: list[str] = []  # what came of each recording, in words
+        self._moments: dict[AttitudeFlag, float] = {}  # host_s when told last
         self._record_to = record_to or _path_of_now
         self._orders: queue.Queue[str] = queue.Queue()
         self._stop = threading.Event()
@@ -64,12 +79,27 @@ class Session:
         self._thread.join()
 
     @property
+    def has_attitude(self) -> bool:
+        """Whether one has come of late."""
+        newest = self.attitude
+        return newest is not None and self.link.now_s() - newest.host_s <= ATTITUDE_SILENCE_S
+
+    @property
     def attitude_rate_hz(self) -> float:
         """How often ATTITUDE comes; 0 where it does not."""
         stamps = list(self._stamps)
-        if len(stamps) < 2 or stamps[-1] == stamps[0]:
+        if len(stamps) < 2 or stamps[-1] == stamps[0] or not self.has_attitude:
             return 0.0
         return 1e6 * (len(stamps) - 1) / (stamps[-1] - stamps[0])
+
+    @property
+    def attitude_flags(self) -> int:
+        """Of the newest ATTITUDE, and what has happened within MOMENT_S."""
+        flags, now_s = self.attitude.message.flags, self.link.now_s()
+        for flag, told_s in self._moments.items():
+            if now_s - told_s < MOMENT_S:
+                flags |= flag
+        return flags
 
     def order(self, name: str) -> None:
         """tare, zero, clear, text, record: done as soon as what was ordered before is done."""
@@ -77,9 +107,16 @@ class Session:
 
     def _run(self) -> None:
         try:
-            self._stream(SHOWN_STREAM)
+            self._stream()
+            boot = self.watch.restarts
             while not self._stop.is_set():
                 self.watch.balance.follow(TURN_S)
+                if self.watch.restarts != boot:  # it has forgotten what it was told
+                    boot = self.watch.restarts
+                    self.is_text = self.is_narrow = False
+                    self._hook()
+                    self._stream()
+                self._make_room()
                 while not self._orders.empty():
                     self._obey(self._orders.get())
         except TeraziError as error:  # the port is gone
@@ -87,8 +124,23 @@ class Session:
         finally:
             self._end_recording()
 
-    def _stream(self, mask: StreamFlag) -> None:
+    def _stream(self, mask: StreamFlag | None = None) -> None:
+        """Ask for this, or for what is needed now."""
+        if mask is None:
+            mask = SHOWN_STREAM if self.recorder is None else RECORDED_STREAM
+            mask |= TEXT_STREAM if self.is_text else 0
+            mask &= ~StreamFlag.ATTITUDE if self.is_narrow else mask
         self.link.command(SetStream(mask=int(mask)))
+
+    def _make_room(self) -> None:
+        """The weight comes first where the line cannot carry both."""
+        if self.is_narrow or self.is_text or self.watch.balance.silent_s < SILENCE_S:
+            return
+        if not self.has_attitude:
+            return
+        self.is_narrow = True
+        self._stream()
+        self._say(TOO_NARROW, is_bad=True)
 
     def _say(self, words: str, *, is_bad: bool = False) -> None:
         self.said = (words, is_bad)
@@ -123,6 +175,7 @@ class Session:
         self.link.command(SetTextMode(on=0 if self.is_text else 1))
         self.is_text = not self.is_text
         self._hook()
+        self._stream()
         return "text: lines as a plotter sees them" if self.is_text else "text: frames again"
 
     def _toggle_recording(self) -> str:
@@ -143,10 +196,11 @@ class Session:
         self._hook()
         # A capture begins with who speaks, and with what a replay must know.
         self._say(f"record: asking for the settings, into {path} ...")
+        self._stream(ASKING_STREAM)
         self.link.request(GetInfo())
-        self._stream(RECORDED_STREAM)
         read_settings(self.link, SETTINGS_BY_NAME)
         Balance(self.link).points()
+        self._stream()
         return f"record: into {path}"
 
     def _end_recording(self) -> str:
@@ -157,11 +211,13 @@ class Session:
         for received in self.link.pending():
             recorder.add(received)
         summary = recorder.finish(self.link.stream, self.link.now_s())
+        words = f"{summary.samples} samples in {summary.path}"
         if summary.faults:
-            return f"record: {summary.faults[0]}"
-        if self.fault is None:
-            self._stream(SHOWN_STREAM)
-        return f"record: {summary.samples} samples in {summary.path}"
+            words = f"{summary.faults[0]}; {words}"
+        self.recorded.append(words)
+        if self.fault is None and not self._stop.is_set():
+            self._stream()
+        return f"record: {words}"
 
     def _hook(self) -> None:
         """Who hears the bytes: the recording, the lines of text mode."""
@@ -181,6 +237,9 @@ class Session:
             if self.attitude is not None and self.attitude.boot != received.boot:
                 self._stamps.clear()
             self.attitude = received
+            for flag in MOMENTARY:
+                if message.flags & flag:
+                    self._moments[flag] = received.host_s
             self._stamps.append(received.device_us)
         elif isinstance(message, ImuStatus):
             self.imu = message
