@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 
 from virtual_uno import hx711
 from virtual_uno.core_lib import ffi, lib
+from virtual_uno.imu import BUS_FAULTS
 
+UNPLUGGED = "imu_unplugged"
+ON_THE_BUS = (*BUS_FAULTS, UNPLUGGED)
 ONCE = ("bit_lost", "late", "glitch", "conversion_lost", "stretched")
 
 
@@ -17,7 +20,7 @@ class FaultError(ValueError):
 
 @dataclass(frozen=True)
 class Misbehaviour:
-    """A fault of ``hx711.FAULTS`` with its details."""
+    """A fault of ``hx711.FAULTS`` with its details, or one of ``ON_THE_BUS``."""
 
     name: str
     how: dict[str, float | str] = field(default_factory=dict)
@@ -26,9 +29,10 @@ class Misbehaviour:
     def parse(cls, text: str) -> Misbehaviour:
         """From ``NAME[,detail=value]...``."""
         name, *details = (part.strip() for part in text.split(","))
-        known = hx711.FAULTS.get(name)
+        known = {} if name in ON_THE_BUS else hx711.FAULTS.get(name)
         if known is None:
-            raise FaultError(f"no fault {name!r}; there are {', '.join(hx711.FAULTS)}")
+            names = ", ".join([*hx711.FAULTS, *ON_THE_BUS])
+            raise FaultError(f"no fault {name!r}; there are {names}")
         how = {}
         for detail in details:
             key, equals, value = detail.partition("=")
@@ -66,9 +70,11 @@ class Timed:
 
 
 def _together(faults):
-    """All of them in one struct of the core."""
+    """All of them that are the converter's in one struct of the core."""
     raw = ffi.new("hx711_fault_t *")
     for one in faults:
+        if one.name in ON_THE_BUS:
+            continue
         try:
             hx711.apply_fault(raw, one.name, lib.UNO_CLOCK_HZ, **one.how)
         except (ValueError, KeyError, OverflowError) as error:
@@ -83,6 +89,7 @@ class FaultClock:
         self._uno = uno
         self._timed = sorted(timed, key=lambda one: one.start_s)
         self._by_word: list[Misbehaviour] = []
+        self._on_the_bus: set[str] = set()
         self.restart()
 
     def restart(self):
@@ -120,3 +127,17 @@ class FaultClock:
         if held != self._held or once:
             lib.uno_fault(self._uno.core, _together([*held, *once]))
             self._held = held
+        on_the_bus = {one.name for one in held if one.name in ON_THE_BUS}
+        if on_the_bus != self._on_the_bus:
+            self._apply_to_bus(on_the_bus)
+
+    def _apply_to_bus(self, names):
+        uno, before = self._uno, self._on_the_bus
+        self._on_the_bus = names
+        uno.bus.clear_faults()
+        for name in names & set(BUS_FAULTS):
+            uno.bus.fault(name)
+        if UNPLUGGED in names - before:
+            uno.imu.unplug()
+        if UNPLUGGED in before - names:
+            uno.imu.plug()

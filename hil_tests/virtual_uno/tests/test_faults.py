@@ -36,6 +36,38 @@ def test_a_fault_begins_and_ends_by_the_clock(board):
     assert end == pytest.approx(0.9 + 1 / 80, abs=0.005)
 
 
+@pytest.mark.parametrize("name", ["imu_unplugged", "sda_stuck", "scl_stuck", "deaf"])
+def test_a_fault_of_the_bus_begins_and_ends_by_the_clock(name):
+    board, seen = FakeBus(), []
+    clock = FaultClock(board, [Timed.parse(f"{name}@0.3..0.6"), Timed.parse("deaf@0.7..0.8")])
+    for board.seconds_since_reset in (0.1, 0.3, 0.5, 0.6, 0.75, 0.9):
+        clock.look()
+        seen.append(set(board.held))
+    assert seen == [set(), {name}, {name}, set(), {"deaf"}, set()]
+
+
+class FakeBus:
+    """A board that notes what its bus is told."""
+
+    def __init__(self):
+        self._board = Uno()
+        self.core = self._board.core
+        self.bus = self.imu = self
+        self.held = set()
+
+    def fault(self, name):
+        self.held.add(name)
+
+    def clear_faults(self):
+        self.held -= {"sda_stuck", "scl_stuck", "deaf"}
+
+    def unplug(self):
+        self.held.add("imu_unplugged")
+
+    def plug(self):
+        self.held.discard("imu_unplugged")
+
+
 def test_faults_overlap_without_ending_one_another(board):
     timed = [Timed.parse("cable_out@0.3..0.9"), Timed.parse("rail,side=low@0.5..0.7")]
     run(board, FaultClock(board, timed), 1.2)
