@@ -101,7 +101,9 @@ def _cases() -> Iterator[tuple[str, str, dict, list[Sample]]]:
         yield f"{name}_edges", shows, design.config_at(name), mixed
     for name, config in CORNERS.items():
         mixed = lying(rng, 90) + edges(rng, 30)
-        yield name, "a configuration at its bounds, values at theirs", config, mixed
+        part, detector = name.split("_", 1)
+        shows = f"{detector}, {part}: a configuration at its bounds, values at theirs"
+        yield name, shows, config, mixed
 
 
 def drafts() -> list[Draft]:
