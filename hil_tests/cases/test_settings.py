@@ -192,16 +192,25 @@ def test_the_first_save_of_a_new_board_can_be_cut_in_any_write(uno):
     board = uno.truth("be cut from power in mid-write")
     board.eeprom.set(0, BLANK * 4)
     writes = 1 + len(twin.record(KEYS, with_changes(FACTORY), 1).replace(b"\xff", b""))
+    restart(uno, "power_on")
+    for key, value in CHANGES.items():
+        put(uno, key, value)
+    before = board.stats["eeprom_writes"]
+    uno.link.send(SaveSettings())
+    left = []  # what a cut in this write leaves: all before it, for a cell changes at its end
     for write in range(1, writes + 1):
-        board.eeprom.set(0, BLANK * 4)
-        restart(uno, "power_on")
-        for key, value in CHANGES.items():
-            put(uno, key, value)
-        wanted = board.stats["eeprom_writes"] + write
-        uno.link.send(SaveSettings())
         board.run_until(
-            lambda wanted=wanted: board.stats["eeprom_writes"] >= wanted, SAVE_S, step_s=STEP_S
+            lambda wanted=before + write: board.stats["eeprom_writes"] >= wanted,
+            SAVE_S,
+            step_s=STEP_S,
         )
+        assert board.stats["eeprom_writes"] == before + write
+        left.append(board.eeprom.get())
+    assert len(set(left)) == writes - 1  # the first blanks what is blank
+    restart(uno, "power_on")  # in the last one
+    assert board.eeprom.get() == left[-1]
+    for cells in left:
+        board.eeprom.set(0, cells)
         restart(uno, "power_on")
         assert [get(uno, key) for key in CHANGES] == [FACTORY[key] for key in CHANGES]
 
