@@ -20,7 +20,7 @@ from terazi.link.generated.settings import SettingKey
 COUNTS_PER_GRAM = 429.55
 ZERO, SPAN = 107.0, 80.0  # counts/K, ppm/K: four times what a usual cell's span does
 REFERENCE_C = 20.0
-COLD_C, WARM_C, WARMING_S = 20.0, 32.0, 240.0
+COLD_C, WARM_C, COLD_S, WARMING_S = 20.0, 32.0, 12.0, 60.0
 LOAD_G = 2000.0
 # notes/temperature.md: 0.045 K of zero and span, the second order of both, a share's last bit,
 # half a count; and 3 sigma of a mean of 5 counts' noise
@@ -53,8 +53,8 @@ def status(uno):
 
 
 def warmth(t_s):
-    """Cold for half a minute, then warming."""
-    return np.interp(t_s, [30.0, 30.0 + WARMING_S], [COLD_C, WARM_C])
+    """Cold for a while, then warming, by less than one reading may move the smoothed one."""
+    return np.interp(t_s, [COLD_S, COLD_S + WARMING_S], [COLD_C, WARM_C])
 
 
 def drifting(t_s):
@@ -78,7 +78,7 @@ def test_a_cell_that_drifts_with_warmth_is_held_where_it_was(uno, on):
     board.load(counts=drifting)
     uno.link.hello()
     compensate(uno, on)
-    cold = masses_g(uno.wait(25.0))[-160:]
+    cold = masses_g(uno.wait(COLD_S - 1.0))[-160:]
     uno.wait(WARMING_S + 95.0)  # the smoothing lags by 16 s
     warm = masses_g(uno.wait(10.0))[-160:]
     moved_g = warm.mean() - cold.mean()
