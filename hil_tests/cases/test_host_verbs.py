@@ -245,8 +245,8 @@ def test_a_temperature_run_holds_a_cell_where_it_was(uno):
     board = uno.truth("warm a scale")
     zero, span, load_g = 25.0, 60.0, [0.0]  # counts/K, ppm/K
 
-    def warmth(t_s):  # up by 16 K in 400 s and down again: each series is of one direction
-        return 20.0 + 16.0 * np.abs((t_s / 400.0 + 1) % 2 - 1)
+    def warmth(t_s):  # up by 20 K in 250 s and down again: each series is of one direction
+        return 20.0 + 20.0 * np.abs((t_s / 250.0 + 1) % 2 - 1)
 
     def counts(t_s):
         above_k = warmth(t_s) - 20.0
@@ -276,7 +276,7 @@ def test_a_temperature_run_holds_a_cell_where_it_was(uno):
     assert read_settings(uno.link, ["temperature.on"]) == {"temperature.on": 1}
     balance = started(uno)
     masses_mg = []
-    for _turn in range(40):
+    for _turn in range(20):
         balance.follow(2.0)
         masses_mg.append(balance.weight.net_mg)
     assert np.ptp(masses_mg) < 0.5 * E_MG  # 3 K would be 0.5 g of zero and span
