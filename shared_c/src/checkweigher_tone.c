@@ -102,7 +102,7 @@ static COMPACT int32_t *add_product(int32_t *sum, int16_t a, int16_t b)
     return sum + 1;
 }
 
-COMPACT void checkweigher_tone_correlate(checkweigher_t *checkweigher)
+void checkweigher_tone_correlate(checkweigher_t *checkweigher)
 {
     const int16_t *z     = checkweigher->off;
     int16_t        sum_v = 0, sum_d = 0; /* |.| <= 2^14 */

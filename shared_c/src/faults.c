@@ -13,7 +13,7 @@ void faults_init(faults_t *faults)
     faults_limit_noise(faults, FAULTS_NOISE_COUNTS);
 }
 
-void faults_limit_noise(faults_t *faults, uint16_t noise_counts)
+PORT_OUTLINE void faults_limit_noise(faults_t *faults, uint16_t noise_counts)
 {
     if (noise_counts < FAULTS_NOISE_LEAST) { noise_counts = FAULTS_NOISE_LEAST; }
     /* The filter lets 14 times as much through, in 256 counts: <= 3584 */

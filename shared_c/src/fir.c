@@ -51,7 +51,7 @@ void fir_init(fir_t *fir, const fir_config_t *config, int32_t first_counts)
     } while (fir->next != 0U);
 }
 
-PORT_OUTLINE int32_t fir_update(fir_t *fir, int32_t sample_counts)
+int32_t fir_update(fir_t *fir, int32_t sample_counts)
 {
     take(fir, sample_counts);
     const int32_t sum = port_fir_fold(fir->window, fir->config, fir->next);

@@ -5,7 +5,6 @@
 
 #include "port_assert.h"
 #include "port_crc.h"
-#include "port_outline.h"
 
 enum {
     DELIMITER = 0x00,
@@ -19,7 +18,7 @@ enum {
 
 _Static_assert(FRAME_BODY_MAX < 254, "one COBS code byte a zero, none for length");
 
-PORT_OUTLINE uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *frame)
+uint8_t frame_encode(uint8_t ring[], uint8_t at, const frame_t *frame)
 {
     uint8_t        head[FRAME_HEADER_LEN] = {frame->id, frame->sequence};
     const uint8_t *from                   = head;

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "mahony_internal.h"
-#include "port_i16.h"
 #include "port_turn.h"
 
 enum {
@@ -15,7 +14,6 @@ enum {
     CORRECT_Q18_MAX = 4095, /* as port_turn.h wants it; the ramp stops there, too */
     LOWPASS_MAX     = 4095, /* eightfold it is below 2^15 */
     START_SHIFT_MAX = 30,
-    RATE_MAX        = 32000, /* of a start: times a row below 2^29 */
 };
 
 /* port_turn.S reaches the fields by these offsets. */
@@ -48,7 +46,12 @@ _Static_assert(sizeof(mahony_level_t) == 8 && offsetof(mahony_level_t, correct_r
 
 /* Gains and averages lie together: one memset at a start. */
 #define AVERAGES (sizeof(mahony_step_t) - offsetof(mahony_step_t, lowpass_q16))
+#define TURNS    (offsetof(mahony_step_t, lowpass_q16) - offsetof(mahony_step_t, gyro_q33))
 #define ONE_Q14  INT16_C(0x4000)
+
+_Static_assert(offsetof(mahony_config_t, cubic) - offsetof(mahony_config_t, gyro_q33) ==
+                   offsetof(mahony_step_t, cubic) - offsetof(mahony_step_t, gyro_q33),
+               "what turns lies in both in one order");
 
 bool mahony_is_lawful(const mahony_config_t *config)
 {
@@ -73,7 +76,7 @@ static void restart(mahony_t *mahony)
     memset(&mahony->step.lowpass_q16, 0, AVERAGES);
 }
 
-void mahony_init(mahony_t *mahony, const mahony_config_t *config)
+PORT_OUTLINE void mahony_init(mahony_t *mahony, const mahony_config_t *config)
 {
     mahony_step_t *const step = &mahony->step;
 
@@ -84,12 +87,10 @@ void mahony_init(mahony_t *mahony, const mahony_config_t *config)
     step->quat_q14[0]    = ONE_Q14;
     step->east_b_q14[0]  = ONE_Q14;
     step->north_b_q14[1] = ONE_Q14;
-    step->gyro_q33       = config->gyro_q33;
-    step->square         = config->square;
-    step->cubic          = config->cubic;
+    memcpy(&step->gyro_q33, &config->gyro_q33, TURNS);
 }
 
-static PORT_OUTLINE void lower_ramp(mahony_t *mahony)
+static void lower_ramp(mahony_t *mahony)
 {
     const uint8_t left    = --mahony->ramp_left;
     uint16_t      lowpass = mahony->config->lowpass_q16;
@@ -105,45 +106,17 @@ static PORT_OUTLINE void lower_ramp(mahony_t *mahony)
     mahony->step.correct_q18 = correct;
 }
 
-static PORT_OUTLINE void count_flags(mahony_t *mahony, uint8_t flags)
+static void count_flags(mahony_t *mahony, uint8_t flags)
 {
     if ((flags & MAHONY_RAILED) != 0U) { fixed_count(&mahony->counts.railed); }
     if ((flags & MAHONY_ACC_ZERO) != 0U) { fixed_count(&mahony->counts.acc_zero); }
-}
-
-static int16_t limited(int32_t rate)
-{
-    if (rate > RATE_MAX) { return RATE_MAX; }
-    return rate < -RATE_MAX ? -RATE_MAX : (int16_t)rate;
-}
-
-/* gyr and, in a start, what stands the estimate upright: a turn of the world about the level axis
- * across the acceleration that waits. Never zero: a board on its back does not stay there. */
-static PORT_OUTLINE uint8_t stand(mahony_t *mahony, const int16_t gyro_b_counts[3],
-                                  const int16_t acc_b_counts[3], const int32_t bias_q16[3])
-{
-    mahony_step_t *const step       = &mahony->step;
-    const bool           waits_east = mahony_next_axis(step) == 0U;
-    const int16_t *const row        = waits_east ? step->north_b_q14 : step->east_b_q14;
-    int32_t              level      = step->level_q14;
-    int16_t              rate_b[3];
-
-    for (uint8_t i = mahony->config->start_shift; i != 0U; --i) { level >>= 1; }
-    const int16_t turn = (int16_t)(limited(waits_east ? -level : level) | 1);
-
-    for (uint8_t i = 0U; i < 3U; ++i) {
-        const int32_t turn_q16 = (int32_t)turn * row[i] * 4 + INT32_C(0x8000);
-
-        rate_b[i] = port_add_sat_i16(gyro_b_counts[i], (int16_t)(turn_q16 >> 16));
-    }
-    return port_turn(step, rate_b, acc_b_counts, bias_q16);
 }
 
 void mahony_update(mahony_t *mahony, const int16_t gyro_b_counts[3], const int16_t acc_b_counts[3],
                    const int32_t bias_q16[3])
 {
     const uint8_t flags = mahony_is_starting(mahony)
-                              ? stand(mahony, gyro_b_counts, acc_b_counts, bias_q16)
+                              ? mahony_stand(mahony, gyro_b_counts, acc_b_counts, bias_q16)
                               : port_turn(&mahony->step, gyro_b_counts, acc_b_counts, bias_q16);
 
     if (flags != 0U) { count_flags(mahony, flags); }

@@ -9,6 +9,10 @@
 
 enum { MAHONY_MAG_CORRECT_MAX = 14000 };
 
+/* port_turn while mahony_is_starting. */
+uint8_t mahony_stand(mahony_t *mahony, const int16_t gyro_b_counts[3],
+                     const int16_t acc_b_counts[3], const int32_t bias_q16[3]);
+
 /* A step with the last rate, without acceleration. */
 void mahony_bridge(mahony_step_t *step);
 

@@ -2,6 +2,7 @@
 /* mahony_mag - heading from the field, and when not to believe it (after VQF, sec. 3.5). */
 #include "mahony_internal.h"
 #include "port_dot.h"
+#include "port_reach.h"
 #include "port_root.h"
 
 enum {
@@ -28,19 +29,18 @@ static PORT_OUTLINE int32_t product(int16_t a, int16_t b)
 }
 
 /* The field's upward part, of this sample; the level one is averaged. */
-static void take_up(mahony_t *mahony, const int16_t mag_b_counts[3])
+static void take_up(const mahony_t *mahony, mahony_mag_t *mag, const int16_t mag_b_counts[3])
 {
     int16_t up_b_q14[3];
 
     mahony_up(mahony, up_b_q14);
-    mahony->mag.now[1] = limited((port_dot(up_b_q14, mag_b_counts) >> 8) * 8) >> 1;
+    mag->now[1] = limited((port_dot(up_b_q14, mag_b_counts) >> 8) * 8) >> 1;
 }
 
 /* Ends a block: the mean of its level parts, and whether there is a heading at all. */
-static void take_block(mahony_t *mahony)
+static void take_block(mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const mag    = &mahony->mag;
-    uint32_t            square = 0U;
+    uint32_t square = 0U;
 
     for (uint8_t i = 0U; i < 2U; ++i) {
         const int16_t mean_q1 = limited(mag->sum_q6[i]);
@@ -88,18 +88,14 @@ static bool is_moving(const mahony_t *mahony)
     return false;
 }
 
-static void judge_reference(mahony_t *mahony)
+static void judge_reference(mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const mag = &mahony->mag;
-
     if (!agrees(mahony, &mag->reference)) { mag->undisturbed = 0U; }
     fixed_count(&mag->undisturbed);
 }
 
-static void judge_candidate(mahony_t *mahony)
+static void judge_candidate(mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const mag = &mahony->mag;
-
     if (!agrees(mahony, &mag->candidate)) {
         mag->accepted = 0U;
         for (uint8_t i = 0U; i < 2U; ++i) {
@@ -111,10 +107,8 @@ static void judge_candidate(mahony_t *mahony)
 }
 
 /* Whether the field is not the one that the heading stands on. */
-static bool is_disturbed(mahony_t *mahony)
+static bool is_disturbed(const mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const mag = &mahony->mag;
-
     if (mag->undisturbed > mahony->config->mag_recover_len) { return false; }
     if (mag->accepted <= mahony->config->mag_accept_len && mag->raised_q21 != 0U) { return true; }
     mag->reference   = mag->candidate; /* the first, or it has held while the board turned */
@@ -125,11 +119,10 @@ static bool is_disturbed(mahony_t *mahony)
 
 /* The heading's gain, high at first: none while a disturbance is bridged, half when that takes too
  * long. */
-static void decide(mahony_t *mahony)
+static void decide(mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const mag       = &mahony->mag;
-    const bool          disturbed = is_disturbed(mahony);
-    uint16_t            gain      = (uint16_t)(mag->raised_q21 - (mag->raised_q21 >> 8) - 1U);
+    const bool disturbed = is_disturbed(mahony, mag);
+    uint16_t   gain      = (uint16_t)(mag->raised_q21 - (mag->raised_q21 >> 8) - 1U);
 
     if (gain > MAHONY_MAG_CORRECT_MAX) { gain = MAHONY_MAG_CORRECT_MAX; } /* at first 65535 */
     if (gain < mahony->config->mag_correct_q21) { gain = mahony->config->mag_correct_q21; }
@@ -158,9 +151,8 @@ static void take_sine(mahony_mag_t *mag)
 }
 
 /* Turn the world about its vertical by that: quat += k quat turn, k being world z. */
-static void turn_heading(mahony_t *mahony)
+static void turn_heading(mahony_t *mahony, mahony_mag_t *mag)
 {
-    mahony_mag_t *const  mag      = &mahony->mag;
     mahony_step_t *const step     = &mahony->step;
     const int32_t        turn_q37 = product(mag->mean_q1[0], (int16_t)mag->correct_q21) * 4 +
                              mag->turn_res; /* < 2^30 */
@@ -176,32 +168,32 @@ static void turn_heading(mahony_t *mahony)
 }
 
 /* A part of the work on the block before. */
-static void work(mahony_t *mahony)
+static void work(mahony_t *mahony, mahony_mag_t *mag)
 {
-    const uint8_t phase = mahony->mag.phase;
+    const uint8_t phase = mag->phase;
 
-    if (phase == 0U) { take_block(mahony); }
-    if (mahony->mag.level_q1 == 0U) { return; }
+    if (phase == 0U) { take_block(mahony, mag); }
+    if (mag->level_q1 == 0U) { return; }
     if (phase == 1U) {
-        judge_reference(mahony);
-        take_sine(&mahony->mag);
+        judge_reference(mahony, mag);
+        take_sine(mag);
     }
     if (phase == 2U) {
-        judge_candidate(mahony);
-        decide(mahony);
+        judge_candidate(mahony, mag);
+        decide(mahony, mag);
     }
-    if (phase > 3U) { turn_heading(mahony); }
+    if (phase > 3U) { turn_heading(mahony, mag); }
 }
 
 void mahony_update_mag(mahony_t *mahony, const int16_t mag_b_counts[3])
 {
-    mahony_mag_t *const mag = &mahony->mag;
+    mahony_mag_t *const mag = PORT_REACH(&mahony->mag);
 
     if (mahony_is_starting(mahony)) { mag->raised_q21 = 0U; } /* no vertical yet: no reference */
-    if (mag->whole) { work(mahony); }
+    if (mag->whole) { work(mahony, mag); }
     mag->sum_q6[0] += port_dot(mahony->step.east_b_q14, mag_b_counts) >> 8;
     mag->sum_q6[1] += port_dot(mahony->step.north_b_q14, mag_b_counts) >> 8;
     mag->phase = (uint8_t)((mag->phase + 1U) % MAHONY_MAG_BLOCK);
-    if (mag->phase == 4U) { take_up(mahony, mag_b_counts); }
+    if (mag->phase == 4U) { take_up(mahony, mag, mag_b_counts); }
     if (mag->phase == 0U) { mag->whole = true; }
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "settings.h"
 
+#include "port_outline.h"
 #include "settings_table.h"
 
 enum { WRITES_MAX = 340 }; /* in one slot: a record, and a third of one for second thoughts */
@@ -77,7 +78,8 @@ static void advance(settings_save_t *save, const settings_t *settings)
     save->wanted = settings_record_next(&save->record, settings);
 }
 
-settings_cell_t settings_save_step(settings_save_t *save, const settings_t *settings, uint8_t cell)
+PORT_OUTLINE settings_cell_t settings_save_step(settings_save_t *save, const settings_t *settings,
+                                                uint8_t cell)
 {
     const bool is_magic = save->at == 0U;
     const bool erases   = is_magic && save->wanted == SETTINGS_ERASED;

@@ -39,7 +39,7 @@ void temperature_init(temperature_t *temperature, const temperature_config_t *co
     *temperature = (temperature_t){.config = config};
 }
 
-int16_t temperature_centi(const temperature_t *temperature)
+PORT_OUTLINE int16_t temperature_centi(const temperature_t *temperature)
 {
     return (int16_t)((temperature->smoothed_q1 + 1) >> 1);
 }

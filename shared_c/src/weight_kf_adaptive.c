@@ -4,7 +4,6 @@
 #include "fixed.h"
 #include "port_assert.h"
 #include "port_fixed.h"
-#include "port_outline.h"
 #include "port_weight_kf_adaptive.h"
 #include "weight_kf_adaptive_variants.h"
 
@@ -50,7 +49,7 @@ void weight_kf_adaptive_init(weight_kf_adaptive_t *kf, const weight_kf_adaptive_
     remember(kf, kf->estimate_counts_q7);
 }
 
-PORT_OUTLINE int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
+int32_t weight_kf_adaptive_update(weight_kf_adaptive_t *kf, int32_t measured_counts)
 {
     return port_weight_kf_adaptive_step(kf, fixed_clamp_counts(measured_counts, &kf->clipped),
                                         WEIGHT_KF_ADAPTIVE_JUMP_FROM_SIGMAS);

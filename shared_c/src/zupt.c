@@ -57,7 +57,7 @@ static PORT_OUTLINE void begin_block(zupt_t *zupt)
     for (uint8_t axis = 0U; axis < AXES; ++axis) { zupt->sum_acc[axis] = 0; }
 }
 
-void zupt_interrupt(zupt_t *zupt)
+PORT_OUTLINE void zupt_interrupt(zupt_t *zupt)
 {
     zupt->quiet = 0U;
     zupt->still = 0U;
