@@ -9,6 +9,7 @@
 #include "mahony_configs.h"
 #include "messages.h"
 #include "mpu6050_motion.h"
+#include "port_reach.h"
 #include "rest.h"
 #include "rest_configs.h"
 #include "setup.h"
@@ -102,7 +103,8 @@ COMPACT bool attitude_setup(void)
     }
     rest_init(&it->rest, &it->rest_config);
     mahony_init(&it->mahony, &it->mahony_config);
-    zupt_choose(&it->zupt, setup.imu_zupt, is_1_khz ? ZUPT_RATE_1000HZ : ZUPT_RATE_500HZ);
+    zupt_choose(PORT_REACH(&it->zupt), setup.imu_zupt,
+                is_1_khz ? ZUPT_RATE_1000HZ : ZUPT_RATE_500HZ);
     it->number     = 0;
     it->is_running = false;
     it->left       = 1;
@@ -157,8 +159,9 @@ static COMPACT void calibrate(imu_cal_t *cal, uint8_t orientation, int16_t vecto
 
 static void take_field(attitude_t *it)
 {
-    messages_mag_t mag = {.sample = it->number};
+    messages_mag_t mag;
 
+    mag.sample = it->number;
     memcpy(&mag.x_counts, it->field_b_counts, sizeof it->field_b_counts);
     telemetry_stream(MESSAGES_STREAM_FLAG_IMU, MESSAGES_MAG_ID, it->previous_us, &mag, sizeof mag);
     calibrate(&it->cal[MAG], setup.mag_orientation, it->field_b_counts);
@@ -182,7 +185,7 @@ static void run_chain(attitude_t *it, mpu6050_sample_t *sample)
     }
     if (it->field_is_new) { take_field(it); }
     if (it->has_field) { mahony_update_mag(&it->mahony, it->field_b_counts); }
-    it->is_still = zupt_update(&it->zupt, gyro_b_counts, acc_b_counts) != 0U;
+    it->is_still = zupt_update(PORT_REACH(&it->zupt), gyro_b_counts, acc_b_counts) != 0U;
 }
 
 static uint8_t flags_now(const attitude_t *it)
@@ -190,17 +193,19 @@ static uint8_t flags_now(const attitude_t *it)
     uint8_t flags = it->flags | it->events;
 
     if (it->is_still) { flags |= MESSAGES_ATTITUDE_FLAG_STILL; }
-    if (it->has_field && it->mahony.mag.raised_q21 != 0U) {
+    const mahony_mag_t *const mag = PORT_REACH(&it->mahony.mag);
+    if (it->has_field && mag->raised_q21 != 0U) {
         flags |= MESSAGES_ATTITUDE_FLAG_HEADING;
-        if (it->mahony.mag.rejected != 0U) { flags |= MESSAGES_ATTITUDE_FLAG_DISTURBED; }
+        if (mag->rejected != 0U) { flags |= MESSAGES_ATTITUDE_FLAG_DISTURBED; }
     }
     return flags;
 }
 
 static void tell_raw(const attitude_t *it, const mpu6050_sample_t *sample)
 {
-    messages_imu_t message = {.sample = it->number};
+    messages_imu_t message;
 
+    message.sample = it->number;
     memcpy(&message.acc_x_counts, sample, offsetof(mpu6050_sample_t, device_us));
     telemetry_stream(MESSAGES_STREAM_FLAG_IMU, MESSAGES_IMU_ID, sample->device_us, &message,
                      sizeof message);
@@ -208,8 +213,10 @@ static void tell_raw(const attitude_t *it, const mpu6050_sample_t *sample)
 
 static void tell(attitude_t *it, uint32_t device_us)
 {
-    messages_attitude_t message = {.sample = it->number, .flags = flags_now(it)};
+    messages_attitude_t message;
 
+    message.sample = it->number;
+    message.flags  = flags_now(it);
     memcpy(&message.quat_w_q30, it->mahony.step.quat_wb_q30, sizeof it->mahony.step.quat_wb_q30);
     it->events = 0;
     telemetry_stream(MESSAGES_STREAM_FLAG_ATTITUDE, MESSAGES_ATTITUDE_ID, device_us, &message,

@@ -196,7 +196,7 @@ static COMPACT void stream_weight(uint32_t now_us)
                      sizeof weight);
 }
 
-static COMPACT void stream_events(void)
+static void stream_events(void)
 {
     union {
         messages_step_t    step;
@@ -272,14 +272,14 @@ COMPACT void telemetry_tick(uint32_t now_us)
     }
 }
 
-COMPACT void telemetry_info_lines(void)
+void telemetry_info_lines(void)
 {
     if (refuse_lines(2 * TEXT_LINE_MAX, TEXT_LINE_MAX)) { return; }
     text_version();
     text_converter(hx711_gain(), weighing_rate_hz_q16());
 }
 
-COMPACT void telemetry_answer_line(const char *word, uint8_t result)
+void telemetry_answer_line(const char *word, uint8_t result)
 {
     if (!refuse_lines(TEXT_LINE_MAX, TEXT_LINE_MAX)) { text_answer(word, result); }
 }

@@ -97,13 +97,13 @@ COMPACT scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool fi
     const int32_t        zero_mg = zero_and_tare_mg[0], tare_mg = zero_and_tare_mg[1];
     const scale_status_t status = scale_init(&weighing_scale, &setup.scale);
 
-    if (status == SCALE_OK) { scale_resume(&weighing_scale, zero_mg, tare_mg, firm); }
+    if (status == SCALE_OK) { scale_resume(PORT_REACH(&weighing_scale), zero_mg, tare_mg, firm); }
     return status;
 }
 
 COMPACT bool weighing_renew_checkweigher(void)
 {
-    return checkweigher_init(&weighing_beside.checkweigher, &setup.checkweigher);
+    return checkweigher_init(&weighing_beside.checkweigher, PORT_REACH(&setup.checkweigher));
 }
 
 static COMPACT void renew_chain(void)
@@ -152,11 +152,12 @@ bool weighing_setup_key(uint8_t key)
 /* Whether a conversion came when one was due. Of a dropped one, too, the time gives the rate. */
 static bool take_time(uint32_t device_us)
 {
-    const uint32_t interval_us = device_us - shared.rest.beat.previous_us;
-    const bool     had_beat    = shared.rest.beat.has_beat;
+    beat_t *const  beat        = PORT_REACH(&shared.rest.beat);
+    const uint32_t interval_us = device_us - beat->previous_us;
+    const bool     had_beat    = beat->has_beat;
 
-    shared.rest.beat.previous_us = device_us;
-    shared.rest.beat.has_beat    = true;
+    beat->previous_us = device_us;
+    beat->has_beat    = true;
     if (!had_beat) { return true; }
     uint8_t       missed;
     const uint8_t taken = rate_take(&shared.rest.rate, interval_us, &missed);
@@ -324,7 +325,7 @@ void weighing_show(messages_weight_t *weight)
     weight->unit         = setup.scale.unit;
     weight->decimals     = setup.scale.decimals;
     weight->weight_flags = weighing_scale.flags;
-    weight->pieces       = scale_pieces(&weighing_scale);
+    weight->pieces       = scale_pieces(PORT_REACH(&weighing_scale));
     weight->calibrating  = weighing_calibrating ? (uint8_t)(weighing_beside.calibration.count + 1U)
                                                 : 0U;
     weight->temperature_centi = shared.rest.temperature.known && !shared.rest.is_missing

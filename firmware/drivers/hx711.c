@@ -207,7 +207,7 @@ void hx711_set_gain(hx711_gain_t gain)
     if (it->state == HX711_STATE_RUNNING) { it->state = HX711_STATE_SETTLING; }
 }
 
-void hx711_set_period_8us(uint16_t period_8us)
+PORT_OUTLINE void hx711_set_period_8us(uint16_t period_8us)
 {
     uint16_t period = period_8us >> (COARSE_SHIFT - 3);
 

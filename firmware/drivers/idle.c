@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "idle.h"
 
+#include "port_reach.h"
+
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 
@@ -49,13 +51,14 @@ void idle_sleep(void)
         slept += (uint16_t)(woken_tick - since);
     }
     sei();
-    slept_ticks += slept;
+    *PORT_REACH(&slept_ticks) += slept;
 }
 
 uint32_t idle_take_slept_ticks(void)
 {
-    const uint32_t slept = slept_ticks;
+    uint32_t *const total = PORT_REACH(&slept_ticks);
+    const uint32_t  slept = *total;
 
-    slept_ticks = 0;
+    *total = 0;
     return slept;
 }

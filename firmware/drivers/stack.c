@@ -24,7 +24,7 @@ void stack_paint(void)
                      : "r24", "r26", "r27", "r30", "r31", "memory");
 }
 
-uint16_t stack_free_bytes(void)
+__attribute__((noinline)) uint16_t stack_free_bytes(void)
 {
     const uint8_t *const first = &__heap_start;
     const uint8_t       *byte  = first;

@@ -50,11 +50,7 @@ COMMAND_S = 0.05
 READ_FUNCTION = "hx711_read"
 
 # Figure -> function of the image. What one call does is said in its header.
-FUNCTIONS = {
-    "hx711_read": READ_FUNCTION,
-    "fir32_generic": "fir_update",
-    "frame_encode": "frame_encode",
-}
+FUNCTIONS = {"hx711_read": READ_FUNCTION}
 
 
 @dataclass(frozen=True)

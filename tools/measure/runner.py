@@ -13,6 +13,7 @@ from pathlib import Path
 
 from target_vectors.avr_core import AvrCore
 from terazi.design import specs
+from terazi.link.generated.messages import ImuStatus
 from tools.measure import (
     runner_adaptive,
     runner_faults,
@@ -64,6 +65,13 @@ def drive_mass(core: AvrCore) -> None:
         core.mass_mg(counts * 128, 2328 << 16)
 
 
+def drive_frames(core: AvrCore) -> None:
+    """IMU_STATUS, the longest frame, with bytes of all sorts."""
+    rng = random.Random(SEED)
+    for device_us in (0, 1, (1 << 32) - 1):
+        core.encode(ImuStatus.ID, 255, device_us, rng.randbytes(ImuStatus.LEN))
+
+
 def fir_case(design: int | list[int], *, by_heart: bool = False) -> Case:
     function = "fir_update_default" if by_heart else "fir_update"
     return Case(function, lambda core: core.fir(design, 0, samples(), by_heart=by_heart))
@@ -81,6 +89,8 @@ def _cases() -> dict[str, Case]:
     }
     loaded = specs.fir_taps_q15("lowpass32").tolist()
     return {
+        "frame_encode": Case("frame_encode", drive_frames),
+        "fir32_generic": fir_case(0),
         "fir32_default": fir_case(0, by_heart=True),
         "fir32_loaded": fir_case(loaded),
         "fir64_generic": fir_case(_fir_design("lowpass64")),
