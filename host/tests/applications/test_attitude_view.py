@@ -139,6 +139,21 @@ def test_a_magnetometers_field_is_in_microtesla(tmp_path):
     assert view.share("heading") > 0.9
 
 
+def test_the_fastest_turn_is_no_jump_of_a_filter_that_starts(tmp_path):
+    (tmp_path / "a").mkdir()
+    for view in (
+        load_view(capture(tmp_path / "a", without=Imu)),
+        load_view(capture(tmp_path, imu=FakeImu(every=1), without=Attitude)),
+    ):
+        assert plain(view)["rate_most_deg_s"] == pytest.approx(45, abs=4.0)
+
+
+def test_small_angles_are_not_told_by_quarters(tmp_path):
+    view = load_view(capture(tmp_path))
+    assert np.ptp(view.euler_deg) < 180
+    assert '"dtick":90' not in render(view)
+
+
 def test_without_raw_samples_the_page_shows_the_attitudes_own_rates(tmp_path):
     view = load_view(capture(tmp_path, without=Imu))
     assert view.sensors is None

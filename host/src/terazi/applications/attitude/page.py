@@ -29,6 +29,7 @@ BARS = {  # flags in the order of the plot, uppermost last
 }
 BARS_SHOWN = 2000
 NOTE = "Drag to zoom, double-click to see all, click a name to hide it."
+HALF_TURN_DEG = 180.0  # angles over more are told by quarters
 
 
 def write_view(path: Path, view: View) -> None:
@@ -115,7 +116,10 @@ def _angles(view: View) -> go.Figure:
     _lines(figure, view.t_s, view.euler_deg.T, ANGLES)
     for trace in figure.data:
         trace.x, trace.y = _cut_at_wraps(np.asarray(trace.x), np.asarray(trace.y))
-    return _axes(figure, "angle / deg", 430).update_yaxes(dtick=90)
+    axes = _axes(figure, "angle / deg", 430)
+    if np.ptp(view.euler_deg) > HALF_TURN_DEG:
+        axes.update_yaxes(dtick=90)
+    return axes
 
 
 def _cut_at_wraps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -44,7 +44,7 @@ def plain(view: View) -> dict:
         },
         "tilt_deg": {"median": float(np.median(view.tilt_deg)), "most": float(view.tilt_deg.max())},
         "share_of_time": {name: view.share(name) for name in view.flags},
-        "rate_most_deg_s": float(np.abs(view.rate_of_quat_deg_s).max()),
+        "rate_most_deg_s": view.rate_most_deg_s,
         "bias_deg_s": view.bias_deg_s[-1].tolist() if len(view.bias_deg_s) else None,
         "errors": None if view.errors is None else dataclasses.asdict(view.errors),
         "trouble": {} if view.status is None else words.trouble(view.status),

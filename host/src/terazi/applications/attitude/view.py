@@ -90,6 +90,16 @@ class View:
         share = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 1e-12)
         return np.degrees(vector * (share / np.diff(self.t_s))[:, None])
 
+    @property
+    def rate_most_deg_s(self) -> float:
+        """The fastest turn about an axis: as measured, or else of the attitude itself, but where
+        it jumps because its inclination is being set."""
+        if self.sensors is not None and len(self.sensors.rate_b_deg_s):
+            return float(np.abs(self.sensors.rate_b_deg_s).max())
+        jumps = self.flags.get("restarted", np.zeros(len(self.t_s), bool))
+        rates = self.rate_of_quat_deg_s[~(jumps[:-1] | jumps[1:])]
+        return float(np.abs(rates).max(initial=0.0))
+
     def share(self, flag: str) -> float | None:
         """Of the time that a flag held; None: not known."""
         return float(self.flags[flag].mean()) if flag in self.flags else None
