@@ -5,7 +5,7 @@ from host.tests.fake_bench import Bench
 from host.tests.fake_imu import FakeImu
 from terazi.calibration.imu.board import MODES
 from terazi.calibration.imu.rehearsal import FACES, SLANTS, Board
-from terazi.link.generated.messages import Imu, Mag
+from terazi.link.generated.messages import Imu, Mag, StreamFlag
 from terazi.link.generated.settings import SETTINGS_BY_NAME
 
 MODE, EVERY = (SETTINGS_BY_NAME[name].key for name in ("imu.mode", "imu.every"))
@@ -69,6 +69,16 @@ def bench_of(record=None, **how):
     played = PlayedImu(record if record is not None else sitting(), **how)
     bench = Bench(imu=lambda: played)
     played.values = lambda: bench.chain.values
+    return bench
+
+
+def fill_line(bench):
+    """Every sample is streamed on a slow line: answers find no room until that is over."""
+    filling = StreamFlag.ATTITUDE | StreamFlag.IMU
+    bench.chain.values[EVERY] = 1
+    bench.lose = lambda name: bool(
+        name != "SetStream" and bench.chain.mask & filling and bench.chain.values[EVERY] == 1
+    )
     return bench
 
 

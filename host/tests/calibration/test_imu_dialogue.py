@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from host.tests.calibration.imu_bench import EVERY, MODE, bench_of, sitting
+from host.tests.calibration.imu_bench import EVERY, MODE, bench_of, fill_line, sitting
 from host.tests.fake_bench import Bench, Script
 from terazi.applications.attitude.calibrated import setting_names
 from terazi.calibration.imu.dialogue import Plan, calibrate_imu
@@ -171,6 +171,13 @@ def test_a_board_without_an_imu_is_told_how_to_wire_one():
     assert "SDA at A4" in caught.value.remedy
 
 
+def test_a_line_that_is_full_of_attitudes_is_no_hindrance():
+    bench = fill_line(bench_of(whole()))
+    outcome, _script = converse(bench, asks=False)
+    assert outcome.settings_saved == 1
+    assert bench.chain.values[EVERY] == 1
+
+
 def test_an_imu_that_falls_silent_is_told():
     bench = bench_of(sitting(1, FACES[:2]), ends=True)
     with pytest.raises(NoAnswer, match="sends no IMU samples any more"):
@@ -210,6 +217,13 @@ def test_a_board_without_a_magnetometer_is_told():
     with pytest.raises(CalibrationRefused, match="has no magnetometer"):
         converse(bench, asks=False, motion=False, field=True)
     assert is_untouched(bench)
+
+
+def test_what_looks_covered_about_a_wrong_middle_is_turned_on_with():
+    early = fields(12_000)  # so slow that a cap of it stands for all about its own middle
+    bench = bench_of(whole(), fields=early)
+    outcome, _script = converse(bench, asks=False, motion=False, field=True, wait_s=15.0)
+    assert np.abs(outcome.field.mag.constants.offset_counts - (300, -500, 120)).max() < 10
 
 
 def test_a_field_seen_from_one_side_only_wants_more():

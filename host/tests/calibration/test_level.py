@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from host.tests.calibration.imu_bench import bench_of, sitting
+from host.tests.calibration.imu_bench import bench_of, fill_line, sitting
 from host.tests.fake_bench import Script
 from terazi.calibration.imu.axes import NAMES, turn_of
 from terazi.calibration.imu.level import find_level, set_level
@@ -66,3 +66,9 @@ def test_a_board_that_never_lies_still_is_told():
     bench = bench_of(record)
     with pytest.raises(CalibrationRefused, match="does not lie still: it moves by"):
         set_level(bench.link, Script(), asks=False, wait_s=4.0)
+
+
+def test_a_line_that_is_full_of_attitudes_is_no_hindrance():
+    bench = fill_line(bench_of(sitting(1, [(0, 1, 0)])))
+    found = set_level(bench.link, Script(), asks=False, wait_s=20.0)
+    assert bench.chain.values[IMU] == found.imu_code != 8

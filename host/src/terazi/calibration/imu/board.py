@@ -20,6 +20,7 @@ SILENCE_S = 2.0
 WIRING = "Wire one: VCC at 5V, GND, SDA at A4, SCL at A5. `terazi info` shows what answers."
 MODES = dict(SETTINGS_BY_NAME["imu.mode"].choices)
 RATE_HZ = 500.0  # of hz_500
+QUIET = StreamFlag.STATUS | StreamFlag.EVENT
 
 
 class ImuBoard:
@@ -40,11 +41,13 @@ class ImuBoard:
         self._heard_s = 0.0
 
     def __enter__(self) -> ImuBoard:
+        # Attitudes may fill the line, so that there is no room for answers.
+        self.link.command(SetStream(mask=QUIET))
         self._before = read_settings(self.link, self._wanted)
         self._mask = read_settings(self.link, ["stream.mask"])["stream.mask"]
         try:
-            self.link.command(SetStream(mask=StreamFlag.IMU | StreamFlag.STATUS | StreamFlag.EVENT))
             self.set(self._wanted)
+            self.link.command(SetStream(mask=QUIET | StreamFlag.IMU))
             self._want_imu()
         except BaseException:
             self.__exit__()
@@ -53,6 +56,7 @@ class ImuBoard:
 
     def __exit__(self, *_exception) -> None:
         with contextlib.suppress(TeraziError):  # the link may be what failed: a reset does it too
+            self.link.command(SetStream(mask=QUIET))
             apply_settings(self.link, self._before)
             self.link.command(SetStream(mask=self._mask))
 

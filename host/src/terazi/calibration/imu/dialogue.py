@@ -6,6 +6,7 @@ Until its end the board measures by its old calibration; ctrl-C or "abort" leave
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -108,6 +109,7 @@ def groups_of(plan: Plan) -> list[str]:
 def present(link: Link, plan: Plan) -> dict[str, int]:
     """The calibration that holds by now."""
     names = [name for group in groups_of(plan) for name in setting_names(group)]
+    Balance(link).quiet_stream()  # a line that is full of attitudes has no room for answers
     return read_settings(link, [*names, "imu.orientation", "mag.orientation"])
 
 
@@ -122,8 +124,9 @@ def write(link: Link | None, terminal: Terminal, outcome: Outcome, plan: Plan) -
         choices = {"save": "measure by this from now on", "leave": "leave the board as it is"}
         if terminal.choose("What now?", choices) != "save":
             return outcome
-    before = apply_settings(link, outcome.settings)
     balance = Balance(link)
+    balance.quiet_stream()
+    before = apply_settings(link, outcome.settings)
     try:
         balance.obey(SaveSettings())
         outcome.settings_saved = balance.wait_saved()
@@ -301,17 +304,18 @@ class _Sitting:
         self.terminal.tell(f"{TURN_MORE} Keep it in one place, away from iron, magnets and cables.")
         while True:
             try:
-                return fit_field(self._turn_about(), self.before)
+                return self._turn_about()
             except CalibrationRefused as refused:
                 if not self.plan.asks:
                     raise
                 show.error(self.terminal, refused)
                 self._choose({"more": "go on turning it"})
 
-    def _turn_about(self) -> np.ndarray:
-        """Raw fields until all directions were seen, or nothing new has come for long."""
+    def _turn_about(self) -> FieldResult:
+        """What comes of it once all directions were seen; CalibrationRefused where nothing new has
+        come for long."""
         seen, end_s = 0.0, self.link.now_s() + self.plan.wait_s
-        while seen < COVERED_WELL and self.link.now_s() < end_s:
+        while self.link.now_s() < end_s:
             self.board.follow(2 * TURN_S)
             raw = counts_of(self.board.inertial.mag).astype(np.float64)
             if len(raw) < FIELD_LEAST:
@@ -319,9 +323,13 @@ class _Sitting:
             now = coverage(raw - (raw.max(axis=0) + raw.min(axis=0)) / 2)
             if now > seen:
                 seen, end_s = now, self.link.now_s() + self.plan.wait_s
+            # The middle of what was seen is not the field's: the fit may still want more.
+            if seen >= COVERED_WELL:
+                with contextlib.suppress(CalibrationRefused):
+                    return fit_field(counts_of(self.board.inertial.mag), self.before)
             self.terminal.live(f"{seen:.0%} of all directions seen, {COVERED_WELL:.0%} will do")
         self.terminal.live("")
-        return counts_of(self.board.inertial.mag)
+        return fit_field(counts_of(self.board.inertial.mag), self.before)
 
     def _choose(self, choices: dict[str, str]) -> str:
         chosen = self.terminal.choose("What now?", choices | ABORT)

@@ -73,6 +73,8 @@ def set_level(
 ) -> Level:
     """The whole conversation. Raises CalibrationRefused, and what the link raises."""
     terminal.tell("Put the board as it will stand in use, level, and let it lie still for 3 s.")
+    balance = Balance(link)
+    balance.quiet_stream()  # a line that is full of attitudes has no room for answers
     now = read_settings(link, [*setting_names("acc"), *CODES])
     with ImuBoard(link) as board:
         raw = _still(board, terminal, wait_s)
@@ -91,8 +93,8 @@ def set_level(
     choices = {"save": "so it stands from now on", "leave": "leave the board as it is"}
     if dry_run or (asks and terminal.choose("What now?", choices) != "save"):
         return found
+    balance.quiet_stream()
     apply_settings(link, changes)
-    balance = Balance(link)
     balance.obey(SaveSettings())
     balance.wait_saved()
     terminal.tell("Saved.", tone="good")

@@ -73,7 +73,8 @@ def fit_magnetometer(raw_counts: np.ndarray) -> MagnetometerFit:
 
 def coverage(vectors: np.ndarray) -> float:
     """Share of all directions that one of (n, 3) vectors comes near to."""
-    units = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    lengths = np.linalg.norm(vectors, axis=1)
+    units = vectors[lengths > 0] / lengths[lengths > 0, None]
     grid = directions()
     return float(np.mean([np.any(units @ each > DIRECTION_COSINE) for each in grid]))
 
