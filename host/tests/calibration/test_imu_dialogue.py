@@ -220,7 +220,7 @@ def test_a_board_without_a_magnetometer_is_told():
 
 
 def test_what_looks_covered_about_a_wrong_middle_is_turned_on_with():
-    early = fields(12_000)  # so slow that a cap of it stands for all about its own middle
+    early = fields(24_000)  # so slow that a cap of it stands for all about its own middle
     bench = bench_of(whole(), fields=early)
     outcome, _script = converse(bench, asks=False, motion=False, field=True, wait_s=15.0)
     assert np.abs(outcome.field.mag.constants.offset_counts - (300, -500, 120)).max() < 10

@@ -111,7 +111,7 @@ def test_the_newest_events_stand_on_80_by_24(tmp_path):
     async def look() -> str:
         app = LiveApp(session)
         async with app.run_test(size=SIZE) as pilot:
-            session.watch.events.extend(f"event {number}" for number in range(6))
+            session.watch.events.extend(f"event {number} " + 90 * "." for number in range(6))
             session.said = ("word " * 20, True)
             await pilot.pause(0.5)
             return screen_text(app)

@@ -56,6 +56,7 @@ class LiveApp(App):
     #health, #fault, #imu { height: 1; }
     #said { height: auto; max-height: 2; }
     #events { height: 1fr; min-height: 2; }
+    #events, #fault, #imu, #health { text-wrap: nowrap; text-overflow: ellipsis; }
     """
     BINDINGS = (
         Binding("t", "order('tare')", "tare"),
@@ -109,8 +110,6 @@ class LiveApp(App):
             ("events", Text("\n".join(list(told)[-self._events_room :]))),
             ("said", Text(words, style="bold red" if is_bad else "green")),
         ):
-            if name != "said":
-                content.no_wrap, content.overflow = True, "ellipsis"
             self._parts[name].update(content)
 
     @property

@@ -137,7 +137,8 @@ def imu_line(session: Session) -> Text:
     if kind.lower() != "none":
         words.append(kind)
     if imu.missed or imu.losses:
-        words.append(f"{imu.missed} samples lost, {imu.losses} times away")
+        away = f"{imu.losses} times" if imu.losses != 1 else "once"
+        words.append(f"{imu.missed} samples lost, {away} away")
     return Text("  ".join(words), style="dim")
 
 
