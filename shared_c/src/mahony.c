@@ -127,10 +127,10 @@ void mahony_update(mahony_t *mahony, const int16_t gyro_b_counts[3], const int16
 
 void mahony_bridge(mahony_step_t *step)
 {
-    const union {
+    static const union {
         int16_t acc_b[3];
         int32_t bias_q16[3];
-    } none = {.bias_q16 = {0, 0, 0}};
+    } none; /* zeros */
 
     port_turn(step, step->rate_b, none.acc_b, none.bias_q16);
 }
