@@ -49,10 +49,10 @@ typedef struct {
     uint16_t        number; /* of the last sample, lost ones counted */
     uint16_t        missed;
     int16_t         temp_counts;
-    uint8_t         left;   /* samples until the next ATTITUDE */
-    uint8_t         events; /* since the last one */
-    uint8_t         flags;  /* of rest */
-    bool            is_still;
+    uint8_t         left;                 /* samples until the next ATTITUDE */
+    uint8_t         events;               /* since the last one */
+    uint8_t         flags;                /* of rest */
+    uint8_t         is_still;             /* of zupt */
     bool            is_running;           /* samples have come since the part was last away */
     bool            has_field;            /* field_b_counts is one */
     bool            field_is_new;         /* field_b_counts waits for the next sample */
@@ -185,7 +185,7 @@ static void run_chain(attitude_t *it, mpu6050_sample_t *sample)
     }
     if (it->field_is_new) { take_field(it); }
     if (it->has_field) { mahony_update_mag(&it->mahony, it->field_b_counts); }
-    it->is_still = zupt_update(PORT_REACH(&it->zupt), gyro_b_counts, acc_b_counts) != 0U;
+    it->is_still = zupt_update(PORT_REACH(&it->zupt), gyro_b_counts, acc_b_counts);
 }
 
 static uint8_t flags_now(const attitude_t *it)
@@ -269,11 +269,13 @@ void attitude_poll(void)
 /* Sine of the tilt about either level axis against the limit: 16.384 counts a mrad. */
 static bool is_askew(const int16_t up_b_q14[AXES])
 {
-    const uint16_t limit = setup.imu_tilt_limit_mrad;
-    const int16_t  most  = (int16_t)(limit * 16U + limit * 3U / 8U);
+    const uint16_t most = (uint16_t)(setup.imu_tilt_limit_mrad * 131U) >> 3;
 
-    return limit != 0U &&
-           (up_b_q14[0] > most || up_b_q14[0] < -most || up_b_q14[1] > most || up_b_q14[1] < -most);
+    if (most == 0U) { return false; }
+    for (uint8_t axis = 0; axis < 2U; axis++) { /* one comparison modulo 2^16 */
+        if ((uint16_t)((uint16_t)up_b_q14[axis] + most) > 2U * most) { return true; }
+    }
+    return false;
 }
 
 _Static_assert(sizeof(messages_imu_status_t) == MESSAGES_IMU_STATUS_LEN &&

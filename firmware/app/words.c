@@ -38,11 +38,14 @@ void words_init(void)
 /* The word's command, 0 if it is none. */
 static uint8_t look_up(uint8_t *payload)
 {
-    for (uint8_t at = 0; at < sizeof entries / sizeof entries[0]; at++) {
-        if (strcmp_P(word, entries[at].word) == 0) {
-            *payload = pgm_read_byte(&entries[at].payload);
-            return pgm_read_byte(&entries[at].id);
+    const entry_t *entry = entries;
+
+    for (uint8_t left = sizeof entries / sizeof entries[0]; left != 0U; left--) {
+        if (strcmp_P(word, entry->word) == 0) {
+            *payload = pgm_read_byte(&entry->payload);
+            return pgm_read_byte(&entry->id);
         }
+        entry++;
     }
     return 0;
 }
