@@ -117,7 +117,7 @@ def test_the_newest_events_stand_on_80_by_24(tmp_path):
             return screen_text(app)
 
     with live(tmp_path / "a.terazi") as (_device, session):
-        wait_for(lambda: session.watch.status, "no STATUS came")
+        wait_for(lambda: session.watch.events, "the load makes no step")
         shown = asyncio.run(look())
     assert "event 5" in shown
     assert "event 4" in shown

@@ -138,9 +138,7 @@ def _show(link, status, points, settings: dict[str, int], imu) -> None:
     for name, words in _imu(imu, settings):
         table.add_row(name, words)
     table.add_row("settings", _settings(status))
-    table.add_row(
-        "chip", f"{status.cpu_busy_permille / 10:.1f} % busy, {status.stack_free_bytes} bytes free"
-    )
+    table.add_row("chip", f"{_busy(status)}, {status.stack_free_bytes} bytes free")
     table.add_row("counters", _counters(status))
     for name, words in _faults(status):
         table.add_row(name, words)
@@ -255,6 +253,13 @@ def _faults(status) -> list[tuple[str, Text | str]]:
     if seen:
         rows.append(("", f"since the reset, and over: {', '.join(seen)}"))
     return rows
+
+
+def _busy(status) -> str:
+    """Of the last whole second, where there was one."""
+    if not status.uptime_s:
+        return "busy: not known in its first second"
+    return f"{status.cpu_busy_permille / 10:.1f} % busy"
 
 
 def _words(value) -> str:

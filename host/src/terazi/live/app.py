@@ -56,7 +56,6 @@ class LiveApp(App):
     #health, #fault, #imu { height: 1; }
     #said { height: auto; max-height: 2; }
     #events { height: 1fr; min-height: 2; }
-    #events, #fault, #imu, #health { text-wrap: nowrap; text-overflow: ellipsis; }
     """
     BINDINGS = (
         Binding("t", "order('tare')", "tare"),
@@ -98,19 +97,25 @@ class LiveApp(App):
             self.exit(return_code=1)
             return
         told = session.lines if session.is_text else session.watch.events
+        newest = list(told)[-self._events_room :]
         words, is_bad = session.said
         self._digits.update(parts.weight_digits(session))
         for name, content in (
             ("marks", parts.weight_words(session)),
             ("angles", parts.angles(session)),
             ("bubble", parts.bubble(session)),
-            ("imu", parts.imu_line(session)),
-            ("health", parts.health(session)),
-            ("fault", parts.fault_line(session)),
-            ("events", Text("\n".join(list(told)[-self._events_room :]))),
+            ("imu", self._cut(parts.imu_line(session))),
+            ("health", self._cut(parts.health(session))),
+            ("fault", self._cut(parts.fault_line(session))),
+            ("events", Text("\n").join(self._cut(Text(one)) for one in newest)),
             ("said", Text(words, style="bold red" if is_bad else "green")),
         ):
             self._parts[name].update(content)
+
+    def _cut(self, line: Text) -> Text:
+        """A line that keeps to one."""
+        line.truncate(self.size.width, overflow="ellipsis")
+        return line
 
     @property
     def _events_room(self) -> int:

@@ -56,8 +56,6 @@ class Chain:
         self, gyro: np.ndarray, acc: np.ndarray, fields: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) samples, calibrated, in the board's axes; gives quaternions and flags."""
-        if self._rest is None:
-            self._rest = Rest(self._rate)
         bias_q16, rested = self._rest.block(gyro, acc)
         quats_q30 = self._mahony.block(gyro, acc, fields, bias_q16=bias_q16, as_state=True)
         flags = np.where(rested & AT_REST, int(AttitudeFlag.REST), 0)
