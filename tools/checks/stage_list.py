@@ -10,6 +10,9 @@ ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / ".build/results"
 C_OBJECTS = ".build/coverage/objects"
 WORKERS = "2"
+WAITING_WORKERS = "3"  # where tests wait for others' answers half of the time
+# A million samples tell of accuracy, and take no branch that a few do not.
+LONG = "within_one_count_of_the_model"
 
 # Of all branches. Raise a number when the tests beat it.
 C_BRANCHES_MIN_PERCENT = 95
@@ -45,15 +48,16 @@ def coverage(_: Path) -> list[list[str]]:
         python("-m", "coverage", "combine", "--keep", *parts),
         python("-m", "coverage", "report", f"--fail-under={PYTHON_MIN_PERCENT}"),
         python(
-            *f"-m pytest -q -n {WORKERS} -p tools.checks.c_coverage host/tests/shared_c".split()
+            *f"-m pytest -q -n {WORKERS} -p tools.checks.c_coverage host/tests/shared_c".split(),
+            *("-k", f"not {LONG}"),
         ),
         python(*f"-m gcovr {of_c} --txt-metric branch {limits}".split()),
     ]
 
 
-def pytest(name: str, *arguments: str) -> Callable[[Path], list[list[str]]]:
+def pytest(name: str, *arguments: str, workers: str = WORKERS) -> Callable[[Path], list[list[str]]]:
     return lambda results: [
-        python("-m", "pytest", "-n", WORKERS, f"--junitxml={results / name}.xml", *arguments)
+        python("-m", "pytest", "-n", workers, f"--junitxml={results / name}.xml", *arguments)
     ]
 
 
@@ -66,7 +70,7 @@ STAGES = (
     Stage(
         "host",
         "the host package, and shared_c on this machine",
-        pytest("host", "host", "--cov", "--cov-report="),
+        pytest("host", "host", "--cov", "--cov-report=", workers=WAITING_WORKERS),
         environment=counted("host"),
     ),
     Stage(

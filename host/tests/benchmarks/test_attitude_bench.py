@@ -40,7 +40,7 @@ def test_all_filters_are_judged_on_all_trials_and_ours_holds_its_own(tmp_path):
     folder = tmp_path / "attitude" / "broad"
     folder.mkdir(parents=True)
     for seed in (1, 2):
-        write(folder / f"{seed}.npz", rate_hz=500.0, rest_s=8.0, move_s=4.0, seed=seed)
+        write(folder / f"{seed}.npz", rate_hz=200.0, rest_s=14.0, move_s=3.0, seed=seed)
     found = accuracy(tmp_path)
     assert found["trials"] == 2
     assert len(found["axes_6"]) == 7
