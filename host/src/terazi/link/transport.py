@@ -19,6 +19,11 @@ BAUDS = (BAUD_DEFAULT, 500_000, 1_000_000)  # what a program may speak: the sett
 # so that a chunk is mostly whole frames and its time of arrival is worth noting.
 GATHER_S = 0.004
 
+# pyserial takes a read that gives nothing for a device that is gone. Where something flushes the
+# line between its look and its read, that happens once; where the device is gone, ever again.
+EMPTY_READS = "returned no data"
+EMPTY_READS_MAX = 3  # in a row
+
 
 class Transport(Protocol):
     """Anything that carries bytes both ways."""
@@ -49,6 +54,7 @@ class SerialTransport:
     def __init__(self, port: str, baud: int = BAUD_DEFAULT) -> None:
         self.port = port
         self.baud = baud
+        self._empty_reads = 0
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=2.0, exclusive=True)
         except (OSError, ValueError, OverflowError) as error:
@@ -69,7 +75,11 @@ class SerialTransport:
             self._serial.timeout = timeout_s
             data = self._serial.read(1)
         except (OSError, TypeError) as error:
+            self._empty_reads += 1
+            if EMPTY_READS in str(error) and self._empty_reads <= EMPTY_READS_MAX:
+                return b""
             raise self._vanished() from error
+        self._empty_reads = 0
         if not data:
             return data
         time.sleep(GATHER_S)
