@@ -9,7 +9,7 @@ import serial
 
 from terazi.errors import PortVanished
 from terazi.link import SerialTransport
-from terazi.link.transport import EMPTY_READS_MAX
+from terazi.link.transport import EMPTY_READS_S
 
 EMPTY = serial.SerialException(
     "device reports readiness to read but returned no data "
@@ -29,31 +29,25 @@ def line():
     os.close(master)
 
 
-def raising(times):
-    def read(_count):
-        nonlocal times
-        if times:
-            times -= 1
-            raise EMPTY
-        return b""
-
-    return read
+def raise_empty(_count):
+    raise EMPTY
 
 
 def test_a_line_that_was_flushed_under_a_read_goes_on(line, monkeypatch):
     transport, master = line
     for _ in range(3):  # each in its turn, with bytes in between
         with monkeypatch.context() as patch:
-            patch.setattr(transport._serial, "read", raising(EMPTY_READS_MAX))
-            assert [transport.read(0.0) for _ in range(EMPTY_READS_MAX)] == [b""] * EMPTY_READS_MAX
+            patch.setattr(transport._serial, "read", raise_empty)
+            assert [transport.read(0.0) for _ in range(5)] == [b""] * 5
         os.write(master, b"here")
         assert transport.read(1.0) == b"here"
 
 
-def test_a_port_that_gives_nothing_for_ever_has_vanished(line, monkeypatch):
+def test_a_port_that_gives_nothing_for_long_has_vanished(line, monkeypatch):
     transport, _master = line
-    monkeypatch.setattr(transport._serial, "read", raising(100))
-    for _ in range(EMPTY_READS_MAX):
-        transport.read(0.0)
+    clock_s = iter([0.0, 0.0, 0.1, EMPTY_READS_S + 0.1])
+    monkeypatch.setattr(transport._serial, "read", raise_empty)
+    monkeypatch.setattr(transport, "now_s", lambda: next(clock_s))
+    assert [transport.read(0.0) for _ in range(2)] == [b"", b""]
     with pytest.raises(PortVanished):
         transport.read(0.0)

@@ -20,9 +20,9 @@ BAUDS = (BAUD_DEFAULT, 500_000, 1_000_000)  # what a program may speak: the sett
 GATHER_S = 0.004
 
 # pyserial takes a read that gives nothing for a device that is gone. Where something flushes the
-# line between its look and its read, that happens once; where the device is gone, ever again.
+# line between its look and its read, that passes; where the device is gone, it does not.
 EMPTY_READS = "returned no data"
-EMPTY_READS_MAX = 3  # in a row
+EMPTY_READS_S, EMPTY_READ_PAUSE_S = 0.5, 0.01
 
 
 class Transport(Protocol):
@@ -54,7 +54,7 @@ class SerialTransport:
     def __init__(self, port: str, baud: int = BAUD_DEFAULT) -> None:
         self.port = port
         self.baud = baud
-        self._empty_reads = 0
+        self._empty_since_s: float | None = None
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=2.0, exclusive=True)
         except (OSError, ValueError, OverflowError) as error:
@@ -75,11 +75,11 @@ class SerialTransport:
             self._serial.timeout = timeout_s
             data = self._serial.read(1)
         except (OSError, TypeError) as error:
-            self._empty_reads += 1
-            if EMPTY_READS in str(error) and self._empty_reads <= EMPTY_READS_MAX:
+            if EMPTY_READS in str(error) and not self._is_empty_for_long():
+                time.sleep(EMPTY_READ_PAUSE_S)
                 return b""
             raise self._vanished() from error
-        self._empty_reads = 0
+        self._empty_since_s = None
         if not data:
             return data
         time.sleep(GATHER_S)
@@ -88,6 +88,12 @@ class SerialTransport:
             return data + self._serial.read(self._serial.in_waiting)
         except (OSError, TypeError):
             return data  # the next call will say that the port is gone
+
+    def _is_empty_for_long(self) -> bool:
+        """Whether nothing but empty reads has come for EMPTY_READS_S."""
+        if self._empty_since_s is None:
+            self._empty_since_s = self.now_s()
+        return self.now_s() - self._empty_since_s > EMPTY_READS_S
 
     def write(self, data: bytes) -> None:
         try:
