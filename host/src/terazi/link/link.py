@@ -216,7 +216,9 @@ class Link:
         """For a port whose opening does not reset, for a board left in text mode, and for one that
         speaks at another rate."""
         for _attempt in range(ATTEMPTS):
-            for baud in self._bauds or (None,):
+            for number, baud in enumerate(self._bauds or (None,)):
+                if number and self.stream.bytes_in == 0:
+                    break  # a boot loader alone is silent, and takes another rate for commands
                 self._turn_to(baud)
                 self.send(SetTextMode(on=0))
                 self.send(GetInfo())
