@@ -74,10 +74,11 @@ def flash(
 def who_is_there(port: str) -> Hello | FingerprintMismatch | None:
     """The firmware that answers, one of another protocol included; None if nothing of ours does.
 
+    Asked at the boot loader's rate only: one that is alone takes bytes at another for commands.
     Raises if the port cannot be used at all.
     """
     try:
-        with open_link(port) as link:
+        with open_link(port, BAUD_DEFAULT) as link:
             return link.hello()
     except NoAnswer:
         return None
