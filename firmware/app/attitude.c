@@ -9,6 +9,7 @@
 #include "mahony_configs.h"
 #include "messages.h"
 #include "mpu6050_motion.h"
+#include "port_outline.h"
 #include "port_reach.h"
 #include "rest.h"
 #include "rest_configs.h"
@@ -23,15 +24,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#define COMPACT __attribute__((noinline))
-
 enum { AXES = 3, GAP_MAX_US = 50000, LOST = UINT16_MAX };
-
-/* Events that wait for the next ATTITUDE. */
-enum {
-    EVENTS = MESSAGES_ATTITUDE_FLAG_GAP | MESSAGES_ATTITUDE_FLAG_RAILED |
-             MESSAGES_ATTITUDE_FLAG_RESTARTED
-};
 
 _Static_assert((int)REST_AT_REST == (int)MESSAGES_ATTITUDE_FLAG_REST &&
                    (int)REST_BIAS_KNOWN == (int)MESSAGES_ATTITUDE_FLAG_BIAS_KNOWN,
@@ -89,7 +82,7 @@ static bool is_lawful(void)
            imu_cal_orientation_is_lawful(setup.mag_orientation);
 }
 
-COMPACT bool attitude_setup(void)
+PORT_OUTLINE bool attitude_setup(void)
 {
     attitude_t *const it       = &attitude;
     const bool        is_1_khz = setup.imu_mode == SETTINGS_IMU_MODE_HZ_1000;
@@ -151,7 +144,8 @@ static void bridge(attitude_t *it, uint16_t missed)
     zupt_interrupt(&it->zupt);
 }
 
-static COMPACT void calibrate(imu_cal_t *cal, uint8_t orientation, int16_t vector_b_counts[AXES])
+static PORT_OUTLINE void calibrate(imu_cal_t *cal, uint8_t orientation,
+                                   int16_t vector_b_counts[AXES])
 {
     imu_cal_apply(cal, vector_b_counts);
     imu_cal_turn(orientation, vector_b_counts);
@@ -242,7 +236,7 @@ static void take(attitude_t *it, mpu6050_sample_t *sample)
     if (tells) { tell(it, sample->device_us); }
 }
 
-static COMPACT void poll_field(attitude_t *it)
+static PORT_OUTLINE void poll_field(attitude_t *it)
 {
     if (magnetometer_poll(it->field_b_counts, ticks_device_us())) { it->field_is_new = true; }
     if (magnetometer_kind() == MESSAGES_MAG_KIND_NONE) { it->has_field = false; }

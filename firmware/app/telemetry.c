@@ -7,6 +7,7 @@
 #include "health.h"
 #include "hx711.h"
 #include "idle.h"
+#include "port_outline.h"
 #include "port_reach.h"
 #include "port_wide.h"
 #include "setup.h"
@@ -32,9 +33,6 @@ enum {
      * cannot keep out what is streamed. */
     ANSWERS_LEAVE = 32 + TEXT_LINE_MAX
 };
-
-/* Where gcc would copy functions into others, or their room on the stack into main's. */
-#define COMPACT __attribute__((noinline))
 
 /* The drivers know nothing of the wire; these say that both count alike. */
 _Static_assert((int)HX711_STATE_SETTLING == (int)MESSAGES_CONVERTER_STATE_SETTLING &&
@@ -115,8 +113,8 @@ static bool refuse(uint8_t len, uint8_t leave)
     return full;
 }
 
-static COMPACT void send(uint8_t id, uint32_t device_us, const void *payload, uint8_t payload_len,
-                         uint8_t leave)
+static PORT_OUTLINE void send(uint8_t id, uint32_t device_us, const void *payload,
+                              uint8_t payload_len, uint8_t leave)
 {
     const frame_t frame = {.id          = id,
                            .sequence    = sequence++,
@@ -143,7 +141,7 @@ void telemetry_answer(uint8_t id, const void *message, uint8_t len)
     send(id, ticks_device_us(), message, len, ANSWERS_LEAVE);
 }
 
-COMPACT void telemetry_hello(void)
+PORT_OUTLINE void telemetry_hello(void)
 {
     const messages_hello_t hello = {.protocol_fingerprint  = MESSAGES_FINGERPRINT,
                                     .version_major         = VERSION_MAJOR,
@@ -162,7 +160,7 @@ COMPACT void telemetry_hello(void)
     telemetry_answer(MESSAGES_HELLO_ID, &hello, sizeof hello);
 }
 
-static COMPACT void send_status(uint8_t leave)
+static PORT_OUTLINE void send_status(uint8_t leave)
 {
     messages_status_t status;
 
@@ -184,7 +182,7 @@ void telemetry_status(void)
     send_status(ANSWERS_LEAVE);
 }
 
-static COMPACT void stream_weight(uint32_t now_us)
+static PORT_OUTLINE void stream_weight(uint32_t now_us)
 {
     messages_weight_t weight;
 
@@ -215,7 +213,7 @@ static void stream_events(void)
 }
 
 /* Lines go out as they are made: first there must be room for so many, and others' answers. */
-static COMPACT bool refuse_lines(uint8_t lines_len, uint8_t leave)
+static PORT_OUTLINE bool refuse_lines(uint8_t lines_len, uint8_t leave)
 {
     line_is_dirty = true;
     return refuse(lines_len, leave);
@@ -247,7 +245,7 @@ static void close_second(telemetry_t *it, uint32_t elapsed_us)
 }
 
 /* Whole, for the tests that hold the main loop up break in here. */
-COMPACT void telemetry_tick(uint32_t now_us)
+PORT_OUTLINE void telemetry_tick(uint32_t now_us)
 {
     telemetry_t *const it = PORT_REACH(&own);
 

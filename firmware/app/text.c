@@ -2,6 +2,7 @@
 #include "text.h"
 
 #include "port_clamp.h"
+#include "port_outline.h"
 #include "port_wide.h"
 #include "uart.h"
 #include "version.h"
@@ -9,8 +10,6 @@
 #include <avr/pgmspace.h>
 #include <stdbool.h>
 #include <stddef.h>
-
-#define COMPACT __attribute__((noinline))
 
 /* In a form, each of these stands for the next value. */
 #define WHOLE "\1"
@@ -30,7 +29,7 @@ static const uint32_t powers[DIGITS_MAX] PROGMEM = {
 
 static const char words[] PROGMEM = " (text frames tare clear zero info)\r\n";
 
-static COMPACT void put(char character)
+static PORT_OUTLINE void put(char character)
 {
     uart_put((uint8_t)character);
 }
@@ -53,7 +52,7 @@ static void put_number(int32_t value, uint8_t decimals)
 }
 
 /* The form's characters up to its end, values in their places. */
-static COMPACT void put_form(const char *rom_form, const int32_t *values)
+static PORT_OUTLINE void put_form(const char *rom_form, const int32_t *values)
 {
     char character;
 

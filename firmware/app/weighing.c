@@ -85,13 +85,13 @@ static void distrust(void)
 }
 
 /* What follows is not connected with what was: the next conversion starts the filters anew. */
-static COMPACT void restart(void)
+static PORT_OUTLINE void restart(void)
 {
     shared.rest.primed = false;
     distrust();
 }
 
-COMPACT scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool firm)
+PORT_OUTLINE scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool firm)
 {
     /* They may be the scale's own, which begins without. */
     const int32_t        zero_mg = zero_and_tare_mg[0], tare_mg = zero_and_tare_mg[1];
@@ -101,12 +101,12 @@ COMPACT scale_status_t weighing_renew(const int32_t zero_and_tare_mg[2], bool fi
     return status;
 }
 
-COMPACT bool weighing_renew_checkweigher(void)
+PORT_OUTLINE bool weighing_renew_checkweigher(void)
 {
     return checkweigher_init(&weighing_beside.checkweigher, PORT_REACH(&setup.checkweigher));
 }
 
-static COMPACT void renew_chain(void)
+static PORT_OUTLINE void renew_chain(void)
 {
     hx711_set_gain((hx711_gain_t)setup.gain);
     faults_pause(&shared.rest.faults);
@@ -177,7 +177,7 @@ static void gather(uint16_t *total, uint16_t *clipped)
     *clipped = 0;
 }
 
-static COMPACT int32_t run_fir(int32_t counts)
+static PORT_OUTLINE int32_t run_fir(int32_t counts)
 {
     PORT_SAVE_BY_CALL();
     if (!shared.rest.primed) {
@@ -189,7 +189,7 @@ static COMPACT int32_t run_fir(int32_t counts)
     return filtered;
 }
 
-static COMPACT int32_t run_kf(int32_t counts)
+static PORT_OUTLINE int32_t run_kf(int32_t counts)
 {
     PORT_SAVE_BY_CALL();
     weight_kf_adaptive_t *const kf = PORT_REACH(&shared.rest.kf);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "port_outline.h"
 #include "port_reach.h"
 #include "setup.h"
 #include "weighing.h"
@@ -28,7 +29,7 @@ static uint8_t result_of(scale_status_t status)
 }
 
 /* Zero and tare outlive a reset as a command leaves them, not as zero tracking moves them. */
-static COMPACT uint8_t remember(scale_status_t status)
+static PORT_OUTLINE uint8_t remember(scale_status_t status)
 {
     if (status == SCALE_OK) {
         memcpy(&setup.zero_mg, &weighing_scale.zero_mg, 2U * sizeof setup.zero_mg);

@@ -12,9 +12,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Called from several places each; gcc would copy these into them. */
-#define COMPACT __attribute__((noinline))
-
 typedef union {
     checkweigher_t checkweigher;
     calibration_t  calibration;
