@@ -19,11 +19,6 @@ BAUDS = (BAUD_DEFAULT, 500_000, 1_000_000)  # what a program may speak: the sett
 # so that a chunk is mostly whole frames and its time of arrival is worth noting.
 GATHER_S = 0.004
 
-# pyserial takes a read that gives nothing for a device that is gone. Where something flushes the
-# line between its look and its read, that passes; where the device is gone, it does not.
-EMPTY_READS = "returned no data"
-EMPTY_READS_S, EMPTY_READ_PAUSE_S = 0.5, 0.01
-
 
 class Transport(Protocol):
     """Anything that carries bytes both ways."""
@@ -54,7 +49,6 @@ class SerialTransport:
     def __init__(self, port: str, baud: int = BAUD_DEFAULT) -> None:
         self.port = port
         self.baud = baud
-        self._empty_since_s: float | None = None
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=2.0, exclusive=True)
         except (OSError, ValueError, OverflowError) as error:
@@ -75,11 +69,7 @@ class SerialTransport:
             self._serial.timeout = timeout_s
             data = self._serial.read(1)
         except (OSError, TypeError) as error:
-            if EMPTY_READS in str(error) and not self._is_empty_for_long():
-                time.sleep(EMPTY_READ_PAUSE_S)
-                return b""
             raise self._vanished() from error
-        self._empty_since_s = None
         if not data:
             return data
         time.sleep(GATHER_S)
@@ -88,12 +78,6 @@ class SerialTransport:
             return data + self._serial.read(self._serial.in_waiting)
         except (OSError, TypeError):
             return data  # the next call will say that the port is gone
-
-    def _is_empty_for_long(self) -> bool:
-        """Whether nothing but empty reads has come for EMPTY_READS_S."""
-        if self._empty_since_s is None:
-            self._empty_since_s = self.now_s()
-        return self.now_s() - self._empty_since_s > EMPTY_READS_S
 
     def write(self, data: bytes) -> None:
         try:
