@@ -11,6 +11,8 @@ from terazi.cshared import Mahony, Rest, mahony_block
 from terazi.design import mahony as design
 from terazi.models import mahony as model
 
+pytestmark = pytest.mark.no_cover  # millions of steps of a model that other tests cover too
+
 RATE_HZ = 285.714285714
 CONFIG = design.named("286hz")
 Q30 = 1 << 30

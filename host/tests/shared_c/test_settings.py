@@ -17,6 +17,8 @@ from terazi.link.generated.settings import SETTINGS
 from terazi.models import settings as twin
 from terazi.models.vectors import golden
 
+pytestmark = pytest.mark.no_cover  # millions of steps of a twin that other tests cover too
+
 KEYS = [twin.Entry.of(one) for one in SETTINGS]
 ONE_OF_EACH = st.tuples(*(st.integers(entry.minimum, entry.maximum) for entry in KEYS))
 RECORD_LEN = len(twin.record(KEYS, twin.factory(KEYS), 1))

@@ -19,6 +19,8 @@ from terazi.models import weight_kf_adaptive as model
 from terazi.models.exact_weight_kf_adaptive import Variant, adaptive
 from terazi.models.vectors import golden
 
+pytestmark = pytest.mark.no_cover  # millions of steps of models that other tests cover too
+
 LOW, HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 SIGMA = 38.7  # HX711, 80 SPS
 counts = st.integers(LOW, HIGH)
