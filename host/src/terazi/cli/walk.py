@@ -42,6 +42,7 @@ class Detector(StrEnum):
     magnitude = "magnitude"
     low_pass = "low_pass"
     learnt = "learnt"
+    device = "device"
 
 
 class Navigator(StrEnum):
@@ -51,7 +52,13 @@ class Navigator(StrEnum):
     complementary = "complementary"
 
 
-DetectorOption = Annotated[Detector, typer.Option(help="How it is known that the foot stands.")]
+DetectorOption = Annotated[
+    Detector,
+    typer.Option(
+        help="How it is known that the foot stands. device: by its own detector, imu.zupt, told in "
+        "a capture."
+    ),
+]
 NavigatorOption = Annotated[Navigator, typer.Option(help="What integrates the path.")]
 CausalOption = Annotated[
     bool, typer.Option("--causal", help="Use nothing of the future, as a device would.")

@@ -9,6 +9,7 @@
     adaptive_shoe     the same against a threshold that follows its own minimum near by
     learnt            a small recurrent network's doubt, 1 - probability    of 1 (networks.py); its
                       threshold follows its least value near by as well
+    device            what the device said that recorded the walk
     low_pass          the acceleration's size, high-passed, rectified and low-passed (Butterworth)
                       g, as x-io's gait example and the article have it
 
@@ -27,6 +28,7 @@ from terazi.applications.walks.butterworth import Butterworth
 from terazi.applications.walks.networks import Network
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.windows import moving_mean, moving_min, moving_variance, odd_length
+from terazi.errors import CannotRead
 
 GRAVITY_M_S2 = 9.81
 
@@ -39,6 +41,7 @@ class Detection:
     threshold: np.ndarray
     unit: str
     ahead_s: float = 0.0  # how much of the future a decision knows
+    detector: str = ""  # which it is, for people
 
     @property
     def still(self) -> np.ndarray:
@@ -80,6 +83,8 @@ SHOE_M_S2_PER_RAD_S = 11.0
 LOW_PASS_HZ = 5.0
 LEARNT_NEAR_S, LEARNT_MORE, LEARNT_HIGH = 1.2, 1.4, 0.8
 HIGH_PASS_HZ = 0.001
+
+STANDS, MOVES = 0.5, 2.0  # a motion of yes and no, beside a threshold of 1
 
 ADAPTIVE_BATCH = AdaptiveShoe(0.025, 4.4, 1.29, 1.45, 0.118, 1.94)
 ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 40.0, 1.24, 1.40, 0.145, 2.5)
@@ -166,3 +171,21 @@ def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection
     motion = np.abs(run(low, np.abs(run(high, size))))
     threshold = np.full(len(walk), float(settings.threshold))
     return Detection(motion, threshold, "g", 0.0 if causal else np.inf)
+
+
+def device_detector(walk: Walk, *, causal: bool) -> Detection:
+    """Zero velocity as the device told it; of a recorded walk its delay is taken off.
+
+    Raises CannotRead where it told nothing.
+    """
+    device = walk.device
+    if device is None or device.still is None:
+        why = device.why if device else "only a capture of `terazi log --imu` holds it"
+        raise CannotRead(
+            f"{walk.name}: holds no zero velocity of a device: {why}",
+            remedy="Choose another --detector: it finds where the foot stands from the samples.",
+        )
+    late = 0 if causal else min(round(device.late_s * walk.rate_hz), len(walk) - 1)
+    still = np.concatenate([device.still[late:], np.repeat(device.still[-1:], late)])
+    motion = np.where(still, STANDS, MOVES)
+    return Detection(motion, np.ones(len(walk)), "stands 0.5, moves 2", late / walk.rate_hz)

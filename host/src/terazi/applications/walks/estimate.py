@@ -34,12 +34,12 @@ DETECTORS = {
     "low_pass": (of.low_pass_detector, of.LOW_PASS, of.LOW_PASS),
 }
 """Each with its settings for a recorded walk and for a causal run."""
-LEARNT = "learnt"
+LEARNT, DEVICE = "learnt", "device"
 ROLL_SHARE = 0.012
 """By this share of its length each stride is longer than zero velocity makes it: in a stance the
 foot rolls ahead, by a centimetre or two. Found alike on optical truth (1.4 %) and on footprints
 measured with a ruler (1.3 %), other people with other sensors."""
-ALL_DETECTORS = (*DETECTORS, LEARNT)
+ALL_DETECTORS = (*DETECTORS, LEARNT, DEVICE)
 NAVIGATORS = ("kalman", "complementary")
 
 
@@ -70,6 +70,17 @@ class Result:
 
 def detect(walk: Walk, options: Options) -> Detection:
     """When the foot stands still."""
+    named = options.detector
+    if named == DEVICE and walk.device is not None:
+        named = f"{named} ({walk.device.detector})"
+    return replace(_detect(walk, options), detector=named)
+
+
+def _detect(walk: Walk, options: Options) -> Detection:
+    if options.detector == DEVICE:
+        if options.threshold is not None:
+            raise UsageError("--threshold changes nothing of what a device has decided")
+        return of.device_detector(walk, causal=options.causal)
     if options.detector == LEARNT:
         network = load_network(options.weights or SHIPPED)
         return of.learnt_detector(

@@ -26,6 +26,20 @@ class Truth:
         return bool(np.linalg.norm(self.pos_t_m[-1] - self.pos_t_m[0]) < RETURNS_M)
 
 
+@dataclass(frozen=True)
+class Device:
+    """What the recording device itself said of zero velocity.
+
+    detector : of the device, by its setting's word.  still : (n,) bool; None where it said nothing,
+    `why` not.  late_s : so long after the middle of what it judged it says so.
+    """
+
+    detector: str
+    still: np.ndarray | None
+    late_s: float = 0.0
+    why: str = ""
+
+
 RETURNS_M = 0.5
 RATE_S = 2.0
 CLOCK = 0.005
@@ -43,6 +57,7 @@ class Walk:
     zero_velocity: np.ndarray | None = None  # (n,) bool: known labels
     mag_b: np.ndarray | None = None  # (n, 3), any unit
     notes: tuple[str, ...] = field(default=())
+    device: Device | None = None  # where the product itself recorded
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -81,4 +96,7 @@ class Walk:
                 ("zero_velocity", self.zero_velocity),
             )
         }
-        return replace(self, truth=truth, **arrays)
+        device = self.device
+        if device is not None and device.still is not None:
+            device = replace(device, still=device.still[:count])
+        return replace(self, truth=truth, device=device, **arrays)

@@ -19,6 +19,7 @@ class Summary:
     duration_s: float
     computed_s: float  # how long it took
     rate_hz: float
+    detector: str
     settled_s: float
     still_share: float
     strides: int
@@ -43,7 +44,7 @@ class Summary:
                 "walk",
                 f"{self.name}: {self.duration_s:.1f} s at {self.rate_hz:.1f} samples a second",
             ),
-            ("stands", f"{100 * self.still_share:.0f} % of the time"),
+            ("stands", f"{100 * self.still_share:.0f} % of the time, by {self.detector}"),
             ("strides", f"{self.strides} of this foot"),
             ("distance", f"{self.distance_m:.2f} m on the plan"),
             ("height", f"{self.climbed_m:.2f} m up, {self.descended_m:.2f} m down"),
@@ -70,6 +71,7 @@ def summarise(result: Result, *, computed_s: float = 0.0) -> Summary:
         duration_s=float(walk.t_s[-1] - walk.t_s[0]),
         computed_s=computed_s,
         rate_hz=walk.rate_hz,
+        detector=result.detection.detector,
         settled_s=float(walk.t_s[max(path.settled, 1) - 1] - walk.t_s[0]),
         still_share=float(np.mean(path.still)),
         strides=len(strides),
