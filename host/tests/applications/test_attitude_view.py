@@ -13,12 +13,12 @@ from host.tests.captures import CaptureMaker
 from host.tests.fake_imu import BIAS_COUNTS, FIELD_COUNTS, FakeImu
 from terazi.applications import attitude
 from terazi.applications.attitude.page import render
-from terazi.applications.attitude.records import numbered
 from terazi.applications.attitude.summary import plain
 from terazi.applications.attitude.view import load_view
 from terazi.cshared import ImuCal
 from terazi.errors import CannotRead, UsageError
 from terazi.link.generated.messages import Attitude, Imu
+from terazi.recorder.inertial import numbered
 
 COUNT = 4000  # 8 s at 500 Hz: rest, a turn of 90 deg about x from 3 to 5 s, rest
 

@@ -135,3 +135,19 @@ def counts_of(columns: dict[str, np.ndarray], prefix: str = "") -> np.ndarray:
     """(n, 3) int16 of IMU's or MAG's columns; prefix: acc_ or gyro_, or none for MAG."""
     vectors = [columns[f"{prefix}{axis}_counts"] for axis in "xyz"]
     return np.stack(vectors, axis=1).astype(np.int16)
+
+
+def numbered(sample: np.ndarray, device_us: np.ndarray) -> np.ndarray:
+    """Numbers of 16 bits that wrap as a count that rises, by the clock where they do not tell.
+
+    A part that was away counts nothing meanwhile; one whose settings change counts anew.
+    """
+    steps = np.diff(sample.astype(np.int64)) % (1 << 16)
+    passed_us = np.diff(device_us).astype(np.float64)
+    if not len(steps) or not steps.any():
+        return np.zeros(len(sample), np.int64)
+    period_us = np.median(passed_us[steps > 0] / steps[steps > 0])
+    by_clock = passed_us / max(period_us, 1.0)
+    is_told = np.abs(steps - by_clock) < 1 + 0.05 * by_clock
+    steps = np.where(is_told, steps, np.maximum(np.rint(by_clock), 1)).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(steps)])

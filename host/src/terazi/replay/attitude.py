@@ -70,7 +70,7 @@ def replay_run(inertial: Inertial, run: Run, values: Mapping[str, int]) -> Repla
     chain = Chain(values)
     place = slice(run.begin, run.end)
     gyro, acc = (
-        _calibrated(counts_of(inertial.imu, f"{sensor}_")[place], values, sensor, "imu")
+        calibrated(counts_of(inertial.imu, f"{sensor}_")[place], values, sensor, "imu")
         for sensor in ("gyro", "acc")
     )
     fields, is_used = _fields(inertial, run, values)
@@ -88,10 +88,14 @@ def replay_run(inertial: Inertial, run: Run, values: Mapping[str, int]) -> Repla
     return Replayed(np.concatenate(quats), np.concatenate(flags))
 
 
-def _calibrated(
+def calibrated(
     counts: np.ndarray, values: Mapping[str, int], sensor: str, orientation: str
 ) -> np.ndarray:
-    """(n, 3) int16 without offsets and misalignment, in the board's axes."""
+    """(n, 3) raw counts as the device measured them: int16 without offsets and misalignment, in the
+    board's axes.
+
+    values : settings by full name.  sensor: gyro, acc, mag; orientation: imu, mag.
+    """
     # What has no setting is zero: the accelerometer's upper part.
     names = [[f"{sensor}.{row}{column}_q16" for column in "xyz"] for row in "xyz"]
     matrix_q16 = [[values.get(name, 0) for name in row] for row in names]
@@ -118,11 +122,11 @@ def _fields(
     newest = np.searchsorted(used_from, np.arange(count), side="right") - 1
     fields = np.empty((len(mine), 3), np.int16)
     is_old = used_from < 0
-    fields[~is_old] = _calibrated(counts_of(mag)[mine[~is_old]], values, "mag", "mag")
+    fields[~is_old] = calibrated(counts_of(mag)[mine[~is_old]], values, "mag", "mag")
     if is_old.any():
         last = mine[is_old][-1:]
         before = settings_at(inertial, int(mag["order"][last[0]]))
-        fields[np.count_nonzero(is_old) - 1] = _calibrated(
+        fields[np.count_nonzero(is_old) - 1] = calibrated(
             counts_of(mag)[last], before, "mag", "mag"
         )
     has_heading = told_flags(inertial, run, AttitudeFlag.HEADING)

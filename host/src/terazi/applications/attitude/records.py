@@ -16,7 +16,7 @@ from terazi import units
 from terazi.applications.attitude import trials
 from terazi.errors import CannotRead, UsageError
 from terazi.recorder import load_recording
-from terazi.recorder.inertial import Inertial, counts_of
+from terazi.recorder.inertial import Inertial, counts_of, numbered
 
 GRAVITY_M_S2 = 9.80665
 
@@ -126,22 +126,6 @@ def of_inertial(inertial: Inertial, name: str) -> Record:
         acc_b_counts=counts_of(imu, "acc_"),
         mag_b_counts=_newest(mag, imu),
     )
-
-
-def numbered(sample: np.ndarray, device_us: np.ndarray) -> np.ndarray:
-    """Numbers of 16 bits that wrap as a count that rises, by the clock where they do not tell.
-
-    A part that was away counts nothing meanwhile; one whose settings change counts anew.
-    """
-    steps = np.diff(sample.astype(np.int64)) % (1 << 16)
-    passed_us = np.diff(device_us).astype(np.float64)
-    if not len(steps) or not steps.any():
-        return np.zeros(len(sample), np.int64)
-    period_us = np.median(passed_us[steps > 0] / steps[steps > 0])
-    by_clock = passed_us / max(period_us, 1.0)
-    is_told = np.abs(steps - by_clock) < 1 + 0.05 * by_clock
-    steps = np.where(is_told, steps, np.maximum(np.rint(by_clock), 1)).astype(np.int64)
-    return np.concatenate([[0], np.cumsum(steps)])
 
 
 def _newest(mag: dict[str, np.ndarray], imu: dict[str, np.ndarray]) -> np.ndarray | None:
