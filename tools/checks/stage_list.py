@@ -57,7 +57,10 @@ def coverage(_: Path) -> list[list[str]]:
 
 def pytest(name: str, *arguments: str, workers: str = WORKERS) -> Callable[[Path], list[list[str]]]:
     return lambda results: [
-        python("-m", "pytest", "-n", workers, f"--junitxml={results / name}.xml", *arguments)
+        python(
+            *("-m", "pytest", "-n", workers, "--dist", "worksteal"),
+            *(f"--junitxml={results / name}.xml", *arguments),
+        )
     ]
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Reads records of walks: two published .npz formats, and CSV by a layout (layouts.py).
+"""Reads records of walks: two published .npz formats, CSV by a layout (layouts.py), and captures
+(captures.py), which are known by how they begin.
 
 Vicon .npz: `imu` (n, 6) m/s^2 and rad/s, `ts` (n,) s, `gt` (n, 3) m, left-handed against axes whose
 z points up, with jumps where markers were lost; `zv_*_opt` labels, `best_detector` which of them.
@@ -14,12 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from terazi.applications.walks import layouts
+from terazi.applications.walks import captures, layouts
 from terazi.applications.walks.checks import check
 from terazi.applications.walks.record import Truth, Walk
 from terazi.errors import CannotRead, CannotWrite
+from terazi.recorder.tables import table_paths
 
-SUFFIXES = (".npz", ".csv")
+CAPTURE = ".terazi"
+SUFFIXES = (".npz", ".csv", CAPTURE)
 JUMP_M = 0.05  # of one sample: no foot does that
 MASK_S = 0.25  # around a jump the truth does not count
 LEFT_HANDED = np.array([1.0, -1.0, 1.0])
@@ -31,11 +34,11 @@ def find_walks(folder: Path, begins: str = "") -> list[Path]:
         return [folder]
     if not folder.is_dir():
         raise CannotRead(f"{folder}: no such file or folder")
-    paths = sorted(
-        path
-        for path in folder.iterdir()
-        if path.suffix.lower() in SUFFIXES and path.name.startswith(begins)
-    )
+    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+    # What lies beside a capture was made of it.
+    captured = [table_paths(path).values() for path in found if path.suffix == CAPTURE]
+    made = {table for tables in captured for table in tables}
+    paths = sorted(path for path in found if path.name.startswith(begins) and path not in made)
     if not paths:
         which = f" and begins with {begins}" if begins else ""
         raise CannotRead(f"{folder}: holds no file that ends in {' or '.join(SUFFIXES)}{which}")
@@ -49,6 +52,8 @@ def load_walk(path: Path, *, layout: Path | None = None, rate_hz: float | None =
     """
     if path.suffix.lower() == ".npz":
         return check(_from_npz(path))
+    if captures.is_capture(path):
+        return check(captures.read_capture(path))
     return check(layouts.read_csv(path, layout=layout, rate_hz=rate_hz))
 
 

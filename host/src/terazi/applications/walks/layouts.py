@@ -14,7 +14,8 @@
     columns = ["mx", "my", "mz"]
 
 A "-" before a heading turns that axis round. Without a layout, the headings of x-io's sensors are
-known ("Time (s)" or "Packet number", "Gyroscope X (deg/s)", "Accelerometer X (g)").
+known ("Time (s)" or "Packet number", "Gyroscope X (deg/s)", "Accelerometer X (g)"), and those of
+the NAME.imu.csv that `terazi log --imu` writes beside a capture.
 """
 
 from __future__ import annotations
@@ -51,13 +52,19 @@ X_IO = {
 }
 X_IO_PACKETS = {**X_IO, "magnetic": {"columns": _three("Magnetometer X (G)")}}
 del X_IO_PACKETS["time"]
+IMU_TABLE = {
+    "time": {"column": "device_s", "unit": "s"},
+    "acceleration": {"columns": [f"acc_{axis}_m_s2" for axis in "xyz"], "unit": "m/s^2"},
+    "rate": {"columns": [f"gyro_{axis}_deg_s" for axis in "xyz"], "unit": "deg/s"},
+    "note": "a table knows no calibration: the capture beside it does",
+}
 
 
 def read_csv(path: Path, *, layout: Path | None = None, rate_hz: float | None = None) -> Walk:
     """Read one file; the walk is not checked yet."""
     headings, values = _table(path)
     form = _layout(layout) if layout else _known(path, headings)
-    notes: list[str] = []
+    notes: list[str] = [form["note"]] if "note" in form else []
     acc = _vector(path, headings, values, form, "acceleration", ACC_UNITS)
     gyro = _vector(path, headings, values, form, "rate", RATE_UNITS)
     mag = None
@@ -149,6 +156,8 @@ def _is_number(text: str) -> bool:
 
 
 def _known(path: Path, headings: list[str]) -> dict:
+    if {"device_s", *IMU_TABLE["acceleration"]["columns"]} <= set(headings):
+        return IMU_TABLE
     if "Time (s)" in headings and X_IO["rate"]["columns"][0] in headings:
         return X_IO
     if "Packet number" in headings and X_IO["rate"]["columns"][0] in headings:
