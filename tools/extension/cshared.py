@@ -34,7 +34,7 @@ PUBLIC_HEADERS = ("fir.h", "weight_kf.h", "mass.h", "frame.h", "imu_cal.h", "res
 PUBLIC_HEADERS += ("scale.h", "checkweigher.h", "weight_kf_adaptive.h", "temperature.h")
 GENERATED_HEADERS = ("fir_designs.h", "weight_kf_gains.h", "messages.h", "rest_configs.h")
 GENERATED_HEADERS += ("mahony_configs.h", "scale_units.h", "weight_kf_adaptive_variants.h")
-PUBLIC_HEADERS += ("settings.h", "faults.h", "zupt.h")
+PUBLIC_HEADERS += ("settings.h", "faults.h", "zupt.h", "zupt_gru.h")
 GENERATED_HEADERS += ("settings_table.h", "zupt_configs.h")
 # Loops over arrays.
 BLOCKS = ("blocks", "adaptive_blocks", "imu_blocks", "mahony_blocks", "scale_blocks")

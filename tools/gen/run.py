@@ -25,6 +25,7 @@ from tools.gen import (
     settings_spec,
     temperature_limits,
     zupt_configs,
+    zupt_gru_weights,
 )
 from tools.gen.spec import ROOT, load
 
@@ -36,7 +37,7 @@ def outputs() -> dict[str, str]:
     messages, fir, weight_kf = load("messages"), load("fir"), load("weight_kf")
     adaptive = load("weight_kf_adaptive")
     rest, mahony, scale = load("rest"), load("mahony"), load("scale")
-    zupt = load("zupt")
+    zupt, zupt_gru = load("zupt"), load("zupt_gru")
     wire = messages_spec.parse(messages)
     settings_file = load("settings")
     settings = settings_spec.parse(settings_file, wire)
@@ -60,6 +61,8 @@ def outputs() -> dict[str, str]:
         f"{GENERATED_C}/mahony_configs.c": mahony_configs.source(mahony),
         f"{GENERATED_C}/zupt_configs.h": zupt_configs.header(zupt),
         f"{GENERATED_C}/zupt_configs.c": zupt_configs.source(zupt),
+        f"{GENERATED_C}/zupt_gru_weights.h": zupt_gru_weights.header(zupt_gru),
+        f"{GENERATED_C}/zupt_gru_weights.c": zupt_gru_weights.source(zupt_gru),
         f"{GENERATED_C}/faults_limits.h": faults_limits.header(load("faults")),
         f"{GENERATED_C}/scale_units.h": scale_units.header(scale),
         f"{GENERATED_C}/scale_units.c": scale_units.source(scale),

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""zupt_gru.h's integers from the network in floats, by shared_c/spec/zupt_gru.toml.
+
+A row of weights, one gate of one cell, is rounded as a whole: what counts is not how far each
+weight is from its own, but how far the row's sum is from its own over what the network sees. With
+C the covariance of that and d the row's error, the mean square of the sum's error about its mean is
+d' C d. From the nearest integers on, up to three weights at a time go up or down by one while that
+falls; the mean goes into the bias, which is finer.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from terazi.design.zupt import STANDARD_GRAVITY_M_S2
+
+CELLS, INPUTS = 8, 2
+STATE_Q13 = 1 << 13
+OCTAVES_Q10 = 10 << 10
+SUM_SHIFT = 8
+SUM_MAX = (1 << 15) - 1
+WEIGHT_MAX = 127
+HALVES = 2  # a magnitude's unit is half a count
+
+
+@dataclass(frozen=True)
+class Cell:
+    """port_gru_cell_t; gates in the order r, z, n."""
+
+    bias: tuple[int, ...]  # (3,)
+    inputs: tuple[tuple[int, ...], ...]  # (2, 3)
+    bias_u: int
+    states: tuple[tuple[int, ...], ...]  # (8, 3)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """All that zupt_gru.c has in program memory or as constants."""
+
+    cells: tuple[Cell, ...]
+    out: tuple[int, ...]
+    out_bias: int  # of the sum of products, accept's logit taken off
+    sigmoid_q16: tuple[int, ...]
+    gravity_halves: int
+    acc_floor: int  # log2 in Q10 of the floor in half counts
+    rate_floor: int
+
+
+@dataclass(frozen=True)
+class Floats:
+    """The network: PyTorch's arrays of one GRU layer and an output, and what its inputs mean."""
+
+    w_ih: np.ndarray  # (24, 2), inputs of 0..1 for ten octaves
+    w_hh: np.ndarray  # (24, 8)
+    b_ih: np.ndarray  # (24,)
+    b_hh: np.ndarray  # (24,)
+    w_out: np.ndarray  # (8,)
+    b_out: float
+    accept: float  # probability
+    gravity_m_s2: float
+    acc_floor_m_s2: float
+    rate_floor_rad_s: float
+
+
+def sigmoid(values):
+    """1 / (1 + exp(-values))"""
+    return 1 / (1 + np.exp(-np.asarray(values, dtype=float)))
+
+
+def states(network: Floats, inputs: np.ndarray) -> np.ndarray:
+    """(n, 8) float64: the state after each row of the (n, 2) inputs. Cho et al. 2014, PyTorch's
+    order of gates r, z, n."""
+    state, found = np.zeros(CELLS), np.empty((len(inputs), CELLS))
+    for at, row in enumerate(inputs):
+        given = network.w_ih @ row + network.b_ih
+        back = network.w_hh @ state + network.b_hh
+        reset = sigmoid(given[:CELLS] + back[:CELLS])
+        update = sigmoid(given[CELLS : 2 * CELLS] + back[CELLS : 2 * CELLS])
+        fresh = np.tanh(given[2 * CELLS :] + reset * back[2 * CELLS :])
+        state = fresh + update * (state - fresh)
+        found[at] = state
+    return found
+
+
+def rounded_row(row, scale: float, seen: np.ndarray) -> tuple[np.ndarray, float]:
+    """Integers for scale * row, and what to add to the bias, in the row's own unit.
+
+    seen : (n, len(row)), what the row is multiplied with.
+    """
+    wanted = np.asarray(row, dtype=float) * scale
+    width = len(wanted)
+    # Where columns hardly differ, any split between them would do: the nearest is preferred.
+    spread = np.round(np.atleast_2d(np.cov(seen.T)), 6) + 1e-6 * np.eye(width)
+    moves = np.array(
+        [
+            np.bincount(at, signs, width)
+            for count in (1, 2, 3)
+            for at in itertools.combinations(range(width), count)
+            for signs in itertools.product((1, -1), repeat=count)
+        ]
+    )
+
+    def cost(rows):
+        error = rows - wanted
+        return np.where(
+            np.abs(rows).max(axis=1) <= WEIGHT_MAX,
+            np.einsum("ni,ij,nj->n", error, spread, error),
+            np.inf,
+        )
+
+    best = np.clip(np.rint(wanted), -WEIGHT_MAX, WEIGHT_MAX)
+    least = cost(best[None])[0]
+    while True:
+        costs = cost(best + moves)
+        at = int(costs.argmin())
+        if not costs[at] < least - 1e-9:
+            return best.astype(int), float((wanted - best) @ np.round(seen.mean(axis=0), 6)) / scale
+        best, least = best + moves[at], costs[at]
+
+
+def sigmoid_table(step: float, pieces: int) -> tuple[int, ...]:
+    """Points of the sigmoid's right half in Q16, `step` apart, straight lines between which are
+    nearest to it in the mean square: chords alone would lie below it everywhere."""
+    fine = np.linspace(0, pieces, 64 * pieces + 1)
+    hats = np.maximum(0, 1 - np.abs(fine[:, None] - np.arange(pieces + 1)))
+    # Through 1/2, so that both halves meet.
+    wanted = sigmoid(fine * step) - 0.5 * hats[:, 0]
+    points = [0.5, *np.linalg.lstsq(hats[:, 1:], wanted, rcond=None)[0]]
+    return tuple(int(point) for point in np.minimum(np.rint(np.array(points) * 65536), 65535))
+
+
+def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
+    """Everything, for a network that sees (n, 2) inputs like these.
+
+    Raises ValueError where a sum might leave what port_gru.h allows.
+    """
+    scale = spec["format"]["weights_per_unit"]
+    units_per_sum = scale * STATE_Q13 / (1 << SUM_SHIFT)  # sums of one
+    state = states(network, inputs)
+    before = np.vstack([np.zeros((1, CELLS)), state[:-1]])
+    tens = OCTAVES_Q10 / STATE_Q13  # ten octaves, where a state's one is one
+    seen = np.hstack([inputs * tens, before])
+    rows = np.hstack([network.w_ih / tens, network.w_hh])
+    cells = []
+    for n in range(CELLS):
+        parts = []
+        for gate in range(2):
+            at = gate * CELLS + n
+            weights, more = rounded_row(rows[at], scale, seen)
+            parts.append((weights, network.b_ih[at] + network.b_hh[at] + more))
+        at = 2 * CELLS + n
+        given, more = rounded_row(rows[at, :INPUTS], scale, seen[:, :INPUTS])
+        back, more_u = rounded_row(rows[at, INPUTS:], scale, before)
+        parts.append((np.concatenate([given, back]), network.b_ih[at] + more))
+        columns = np.array([weights for weights, _ in parts]).T
+        cells.append(
+            Cell(
+                tuple(round(float(bias) * units_per_sum) for _, bias in parts),
+                tuple(tuple(row) for row in columns[:INPUTS].tolist()),
+                round(float(network.b_hh[at] + more_u) * units_per_sum),
+                tuple(tuple(row) for row in columns[INPUTS:].tolist()),
+            )
+        )
+    out, more = rounded_row(network.w_out, scale, state)
+    logit = np.log(network.accept / (1 - network.accept))
+    out_bias = round(float(network.b_out + more - logit) * scale * STATE_Q13)
+    table = sigmoid_table(
+        spec["format"]["sigmoid_step"] / units_per_sum, spec["format"]["sigmoid_pieces"]
+    )
+    check(cells)
+    acc_halves = HALVES * spec["sensor"]["acc_counts_per_g"] / STANDARD_GRAVITY_M_S2
+    gyro_halves = HALVES * np.degrees(spec["sensor"]["gyro_counts_per_deg_s"])
+    return Weights(
+        tuple(cells),
+        tuple(out.tolist()),
+        out_bias,
+        table,
+        round(network.gravity_m_s2 * acc_halves),
+        round(float(np.log2(network.acc_floor_m_s2 * acc_halves)) * 1024),
+        round(float(np.log2(network.rate_floor_rad_s * gyro_halves)) * 1024),
+    )
+
+
+def largest_sum(bias: int, inputs: Sequence[int], states: Sequence[int]) -> int:
+    """Bound of |sum| over all that may be seen, rounding included."""
+    products = OCTAVES_Q10 * sum(map(abs, inputs)) + STATE_Q13 * sum(map(abs, states))
+    return abs(bias) + -(-products // (1 << SUM_SHIFT)) + 1
+
+
+def check(cells: Sequence[Cell]) -> None:
+    """port_gru.h's demand on the weights."""
+    for n, cell in enumerate(cells):
+        inputs, states = (tuple(zip(*rows, strict=True)) for rows in (cell.inputs, cell.states))
+        sums = [largest_sum(cell.bias[gate], inputs[gate], states[gate]) for gate in range(2)]
+        sums.append(largest_sum(cell.bias[2], inputs[2], ()))
+        sums[2] += largest_sum(cell.bias_u, (), states[2]) + 1
+        if max(sums) > SUM_MAX:
+            raise ValueError(f"cell {n}: a sum of {max(sums)} leaves 16 bits")

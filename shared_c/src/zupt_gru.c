@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: MIT */
+#include "zupt_gru.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "fixed.h"
+#include "port_dot.h"
+#include "port_gru.h"
+#include "port_outline.h"
+#include "port_rom.h"
+#include "port_root.h"
+#include "zupt_gru_weights.h"
+
+enum { AXES = 3, RANGE = ZUPT_GRU_VALUE_MAX + 1, TEN = ZUPT_GRU_OCTAVES };
+
+_Static_assert((int)PORT_GRU_CELLS == (int)ZUPT_GRU_CELLS &&
+                   (int)PORT_GRU_INPUTS == (int)ZUPT_GRU_INPUTS,
+               "one network");
+
+void zupt_gru_interrupt(zupt_gru_t *gru)
+{
+    memset(gru->seen, 0, sizeof gru->seen);
+    gru->wait_ms = 0U;
+    gru->is_due  = 0U;
+    gru->still   = 0U;
+}
+
+void zupt_gru_init(zupt_gru_t *gru, uint8_t sample_ms)
+{
+    gru->sample_ms = sample_ms;
+    zupt_gru_interrupt(gru);
+}
+
+/* log2 of a number of half counts, less that of the floor: 0..TEN. The logarithm between powers of
+ * two is f + 0.344 f (1 - f), within 0.008. */
+static int16_t octaves(uint16_t halves, uint16_t floor_q10)
+{
+    uint16_t log_q10 = 15U << 10;
+
+    if (halves == 0U) { return 0; }
+    while ((halves & 0x8000U) == 0U) {
+        halves  = (uint16_t)(halves << 1);
+        log_q10 = (uint16_t)(log_q10 - (1U << 10));
+    }
+    const uint8_t part  = (uint8_t)(halves >> 7);
+    const uint8_t bulge = (uint8_t)((uint16_t)(part * (uint8_t)(0U - part)) >>
+                                    8); /* f (1 - f), below 65 */
+    log_q10 = (uint16_t)(log_q10 + ((halves & 0x7FFFU) >> 5) + ((uint16_t)(bulge * 11U) >> 3));
+    if (log_q10 <= floor_q10) { return 0; }
+    log_q10 = (uint16_t)(log_q10 - floor_q10);
+    return log_q10 < TEN ? (int16_t)log_q10 : TEN;
+}
+
+/* How far a vector's length is from `from`, in half counts, as octaves. */
+static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES], uint16_t from,
+                                      uint16_t floor_q10)
+{
+    bool is_beyond = false;
+
+    for (uint8_t axis = 0U; axis < AXES; ++axis) {
+        const uint16_t value = (uint16_t)vector[axis];
+        if ((uint16_t)(value + 0x8001U) <= 1U) { /* one comparison for both rails */
+            fixed_count(&gru->rejected);
+            return TEN;
+        }
+        if ((uint16_t)(value + RANGE) >= 2U * RANGE) { is_beyond = true; }
+    }
+    if (is_beyond) { return TEN; }
+    const uint32_t square = (uint32_t)port_dot(vector, vector); /* <= 3 * 2^26 */
+    const int16_t  away   = (int16_t)(port_root(4U * square) - from);
+
+    return octaves((uint16_t)(away < 0 ? -away : away), floor_q10);
+}
+
+static PORT_OUTLINE void step(zupt_gru_t *gru)
+{
+    int16_t next[ZUPT_GRU_CELLS];
+    int32_t score = ZUPT_GRU_OUT_BIAS;
+
+    for (uint8_t n = 0U; n < ZUPT_GRU_CELLS; ++n) {
+        const int16_t state = gru->seen[ZUPT_GRU_INPUTS + n];
+        next[n] = port_gru_cell(gru->seen, &zupt_gru_cells[n], zupt_gru_sigmoid_q16, state);
+        score += port_mul_i16(next[n], (int8_t)port_rom_u8((const uint8_t *)&zupt_gru_out[n]));
+    }
+    memcpy(&gru->seen[ZUPT_GRU_INPUTS], next, sizeof next);
+    gru->still = score >= 0 && gru->seen[0] < TEN && gru->seen[1] < TEN ? ZUPT_STILL : 0U;
+}
+
+uint8_t zupt_gru_update(zupt_gru_t *gru, const int16_t gyro_b_counts[3],
+                        const int16_t acc_b_counts[3])
+{
+    if (gru->is_due != 0U) {
+        gru->is_due = 0U;
+        step(gru);
+    }
+    if (gru->wait_ms < gru->sample_ms) { /* the next sample comes after the step's time */
+        gru->seen[0] = magnitude(gru, acc_b_counts, ZUPT_GRU_GRAVITY_HALVES, ZUPT_GRU_ACC_FLOOR);
+        gru->seen[1] = magnitude(gru, gyro_b_counts, 0U, ZUPT_GRU_RATE_FLOOR);
+        gru->is_due  = 1U;
+        gru->wait_ms = (uint8_t)(gru->wait_ms + ZUPT_GRU_STEP_MS);
+    }
+    gru->wait_ms = (uint8_t)(gru->wait_ms - gru->sample_ms);
+    return gru->still;
+}
