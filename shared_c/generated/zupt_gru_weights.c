@@ -17,7 +17,7 @@
 
 #include "port_rom.h"
 
-const port_gru_cell_t zupt_gru_cells[8] PORT_ROM = {
+const port_gru_unit_t zupt_gru_units[8] PORT_ROM = {
     {
         .bias = {-1055, -3246, 333},
         .inputs = {{1, -43, 9}, {-25, -41, -31}},
@@ -142,7 +142,7 @@ const port_gru_cell_t zupt_gru_cells[8] PORT_ROM = {
 
 const int8_t zupt_gru_out[8] PORT_ROM = {48, 42, -52, -66, 55, -30, 42, -68};
 
-const uint16_t zupt_gru_sigmoid_q16[PORT_GRU_PIECES + 1] PORT_ROM = {
+const uint16_t port_gru_sigmoid_q16[PORT_GRU_PIECES + 1] PORT_ROM = {
     32768U, 37867U, 42724U, 47141U, 50992U, 54229U, 56867U, 58963U, 60596U, 61848U, 62797U,
     63510U, 64042U, 64436U, 64728U, 64943U, 65101U, 65217U, 65302U, 65365U, 65411U, 65444U,
     65469U, 65487U, 65500U, 65510U, 65517U, 65522U, 65526U, 65528U, 65530U, 65532U, 65533U,

@@ -17,8 +17,7 @@ enum {
 #define ZUPT_GRU_OUT_BIAS (-536141L)
 
 /* ROM, all of them. */
-extern const port_gru_cell_t zupt_gru_cells[8];
+extern const port_gru_unit_t zupt_gru_units[8];
 extern const int8_t zupt_gru_out[8];
-extern const uint16_t zupt_gru_sigmoid_q16[PORT_GRU_PIECES + 1];
 
 #endif

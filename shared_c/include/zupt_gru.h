@@ -9,7 +9,7 @@
  *           still where w h' + b >= 0, which is a probability of `accept` of zupt_gru.toml.
  *           x: | |a| - g | and |w|, in octaves above a floor, ten of them at most
  * Steps     one every ZUPT_GRU_STEP_MS, of the newest sample there is: the call that takes it draws
- *           the magnitudes, the next one runs the cells and decides. No call does both
+ *           the magnitudes and runs the first units, the next call runs the others and decides
  * Formats   samples: counts in int16, calibrated (imu_cal), 2048 are 1 g, 16.384 are 1 deg/s
  *           x: octaves Q10, 0..10 2^10     h: Q13, below 1     weights: int8, by 51.2; ROM
  * Rounding  shared_c/notes/zupt_gru.md has each, and how far from the network in floats they lead
@@ -26,7 +26,8 @@
 #include "zupt.h" /* ZUPT_STILL */
 
 enum {
-    ZUPT_GRU_CELLS     = 8,
+    ZUPT_GRU_UNITS     = 8,
+    ZUPT_GRU_FIRST     = 3, /* as many units run in a step's first call */
     ZUPT_GRU_INPUTS    = 2,
     ZUPT_GRU_STEP_MS   = 5,
     ZUPT_GRU_VALUE_MAX = 8191,    /* and down to -8192 */
@@ -34,11 +35,11 @@ enum {
 };
 
 typedef struct {
-    int16_t  seen[ZUPT_GRU_INPUTS + ZUPT_GRU_CELLS]; /* octaves Q10, then the state in Q13 */
+    int16_t  seen[ZUPT_GRU_INPUTS + ZUPT_GRU_UNITS]; /* octaves Q10, then the state in Q13 */
+    int16_t  next[ZUPT_GRU_FIRST];                   /* states of the first units, Q13 */
     uint16_t rejected;                               /* vectors on a rail, stops at 65535 */
     uint8_t  sample_ms;                              /* from a sample to the next, 1 or 2 */
     uint8_t  wait_ms;                                /* to the next step */
-    uint8_t  is_due;                                 /* whether the cells run in the next call */
     uint8_t  still;                                  /* ZUPT_STILL or 0 */
 } zupt_gru_t;
 

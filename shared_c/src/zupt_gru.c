@@ -12,17 +12,17 @@
 #include "port_root.h"
 #include "zupt_gru_weights.h"
 
-enum { AXES = 3, RANGE = ZUPT_GRU_VALUE_MAX + 1, TEN = ZUPT_GRU_OCTAVES };
+enum { AXES = 3, TEN = ZUPT_GRU_OCTAVES, RANGE_HIGH = (ZUPT_GRU_VALUE_MAX + 1) / 256 };
 
-_Static_assert((int)PORT_GRU_CELLS == (int)ZUPT_GRU_CELLS &&
-                   (int)PORT_GRU_INPUTS == (int)ZUPT_GRU_INPUTS,
+_Static_assert((int)PORT_GRU_UNITS == (int)ZUPT_GRU_UNITS &&
+                   (int)PORT_GRU_INPUTS == (int)ZUPT_GRU_INPUTS &&
+                   (int)PORT_GRU_SPLIT == (int)ZUPT_GRU_FIRST,
                "one network");
 
 void zupt_gru_interrupt(zupt_gru_t *gru)
 {
     memset(gru->seen, 0, sizeof gru->seen);
     gru->wait_ms = 0U;
-    gru->is_due  = 0U;
     gru->still   = 0U;
 }
 
@@ -44,8 +44,7 @@ static int16_t octaves(uint16_t halves, uint16_t floor_q10)
         log_q10 = (uint16_t)(log_q10 - (1U << 10));
     }
     const uint8_t part  = (uint8_t)(halves >> 7);
-    const uint8_t bulge = (uint8_t)((uint16_t)(part * (uint8_t)(0U - part)) >>
-                                    8); /* f (1 - f), below 65 */
+    const uint8_t bulge = (uint8_t)((uint16_t)(part * (uint8_t)(0U - part)) >> 8); /* below 65 */
     log_q10 = (uint16_t)(log_q10 + ((halves & 0x7FFFU) >> 5) + ((uint16_t)(bulge * 11U) >> 3));
     if (log_q10 <= floor_q10) { return 0; }
     log_q10 = (uint16_t)(log_q10 - floor_q10);
@@ -59,12 +58,13 @@ static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES
     bool is_beyond = false;
 
     for (uint8_t axis = 0U; axis < AXES; ++axis) {
-        const uint16_t value = (uint16_t)vector[axis];
-        if ((uint16_t)(value + 0x8001U) <= 1U) { /* one comparison for both rails */
+        const int16_t value = vector[axis];
+        if ((uint8_t)((uint8_t)(value >> 8) + RANGE_HIGH) < 2 * RANGE_HIGH) { continue; }
+        if ((uint16_t)((uint16_t)value + 0x8001U) <= 1U) { /* one comparison for both rails */
             fixed_count(&gru->rejected);
             return TEN;
         }
-        if ((uint16_t)(value + RANGE) >= 2U * RANGE) { is_beyond = true; }
+        is_beyond = true;
     }
     if (is_beyond) { return TEN; }
     const uint32_t square = (uint32_t)port_dot(vector, vector); /* <= 3 * 2^26 */
@@ -73,33 +73,35 @@ static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES
     return octaves((uint16_t)(away < 0 ? -away : away), floor_q10);
 }
 
-static PORT_OUTLINE void step(zupt_gru_t *gru)
+/* The units that are left, and what comes of them all. */
+static PORT_OUTLINE void conclude(zupt_gru_t *gru)
 {
-    int16_t next[ZUPT_GRU_CELLS];
-    int32_t score = ZUPT_GRU_OUT_BIAS;
+    int16_t *const state = &gru->seen[ZUPT_GRU_INPUTS];
+    int16_t        last[ZUPT_GRU_UNITS - ZUPT_GRU_FIRST];
+    int32_t        score = ZUPT_GRU_OUT_BIAS;
 
-    for (uint8_t n = 0U; n < ZUPT_GRU_CELLS; ++n) {
-        const int16_t state = gru->seen[ZUPT_GRU_INPUTS + n];
-        next[n] = port_gru_cell(gru->seen, &zupt_gru_cells[n], zupt_gru_sigmoid_q16, state);
-        score += port_mul_i16(next[n], (int8_t)port_rom_u8((const uint8_t *)&zupt_gru_out[n]));
+    port_gru_units(last, gru->seen, &zupt_gru_units[ZUPT_GRU_FIRST], ZUPT_GRU_FIRST);
+    memcpy(state, gru->next, sizeof gru->next);
+    memcpy(&state[ZUPT_GRU_FIRST], last, sizeof last);
+    for (uint8_t n = 0U; n < ZUPT_GRU_UNITS; ++n) {
+        score += port_mul_i16(state[n], (int8_t)port_rom_u8((const uint8_t *)&zupt_gru_out[n]));
     }
-    memcpy(&gru->seen[ZUPT_GRU_INPUTS], next, sizeof next);
     gru->still = score >= 0 && gru->seen[0] < TEN && gru->seen[1] < TEN ? ZUPT_STILL : 0U;
 }
 
 uint8_t zupt_gru_update(zupt_gru_t *gru, const int16_t gyro_b_counts[3],
                         const int16_t acc_b_counts[3])
 {
-    if (gru->is_due != 0U) {
-        gru->is_due = 0U;
-        step(gru);
-    }
-    if (gru->wait_ms < gru->sample_ms) { /* the next sample comes after the step's time */
+    const uint8_t wait_ms = gru->wait_ms;
+
+    gru->wait_ms = (uint8_t)(wait_ms - gru->sample_ms);
+    if (wait_ms < gru->sample_ms) { /* the next sample comes after the step's time */
+        gru->wait_ms = (uint8_t)(gru->wait_ms + ZUPT_GRU_STEP_MS);
         gru->seen[0] = magnitude(gru, acc_b_counts, ZUPT_GRU_GRAVITY_HALVES, ZUPT_GRU_ACC_FLOOR);
         gru->seen[1] = magnitude(gru, gyro_b_counts, 0U, ZUPT_GRU_RATE_FLOOR);
-        gru->is_due  = 1U;
-        gru->wait_ms = (uint8_t)(gru->wait_ms + ZUPT_GRU_STEP_MS);
+        port_gru_units(gru->next, gru->seen, zupt_gru_units, 0U);
+    } else if (wait_ms + gru->sample_ms >= ZUPT_GRU_STEP_MS) { /* the call before was that one */
+        conclude(gru);
     }
-    gru->wait_ms = (uint8_t)(gru->wait_ms - gru->sample_ms);
     return gru->still;
 }

@@ -94,9 +94,8 @@ def header(spec: Spec) -> str:
         f"#define ZUPT_GRU_OUT_BIAS ({found.out_bias}L)",
         "",
         "/* ROM, all of them. */",
-        f"extern const port_gru_cell_t zupt_gru_cells[{design.CELLS}];",
-        f"extern const int8_t zupt_gru_out[{design.CELLS}];",
-        "extern const uint16_t zupt_gru_sigmoid_q16[PORT_GRU_PIECES + 1];",
+        f"extern const port_gru_unit_t zupt_gru_units[{design.UNITS}];",
+        f"extern const int8_t zupt_gru_out[{design.UNITS}];",
         "",
         "#endif",
         "",
@@ -112,22 +111,22 @@ def source(spec: Spec) -> str:
     """Text of zupt_gru_weights.c."""
     found = weights()
     lines = [*_provenance(), '#include "zupt_gru_weights.h"', "", '#include "port_rom.h"', ""]
-    lines.append(f"const port_gru_cell_t zupt_gru_cells[{design.CELLS}] PORT_ROM = {{")
-    for cell in found.cells:
+    lines.append(f"const port_gru_unit_t zupt_gru_units[{design.UNITS}] PORT_ROM = {{")
+    for unit in found.units:
         lines += [
             "    {",
-            f"        .bias = {_braces(cell.bias)},",
-            f"        .inputs = {_braces(map(_braces, cell.inputs))},",
-            f"        .bias_u = {cell.bias_u},",
+            f"        .bias = {_braces(unit.bias)},",
+            f"        .inputs = {_braces(map(_braces, unit.inputs))},",
+            f"        .bias_u = {unit.bias_u},",
             "        .states = {",
-            *(f"            {_braces(row)}," for row in cell.states),
+            *(f"            {_braces(row)}," for row in unit.states),
             "        },",
             "    },",
         ]
     lines += ["};", ""]
     out = _braces(found.out)
-    lines += [f"const int8_t zupt_gru_out[{design.CELLS}] PORT_ROM = {out};", ""]
-    lines.append("const uint16_t zupt_gru_sigmoid_q16[PORT_GRU_PIECES + 1] PORT_ROM = {")
+    lines += [f"const int8_t zupt_gru_out[{design.UNITS}] PORT_ROM = {out};", ""]
+    lines.append("const uint16_t port_gru_sigmoid_q16[PORT_GRU_PIECES + 1] PORT_ROM = {")
     points = ", ".join(f"{point}U" for point in found.sigmoid_q16) + ","
     lines += textwrap.wrap(points, 96, initial_indent="    ", subsequent_indent="    ")
     return c_comment_head(spec) + "\n".join([*lines, "};", ""])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """zupt_gru.h's integers from the network in floats, by shared_c/spec/zupt_gru.toml.
 
-A row of weights, one gate of one cell, is rounded as a whole: what counts is not how far each
+A row of weights, one gate of one unit, is rounded as a whole: what counts is not how far each
 weight is from its own, but how far the row's sum is from its own over what the network sees. With
 C the covariance of that and d the row's error, the mean square of the sum's error about its mean is
 d' C d. From the nearest integers on, up to three weights at a time go up or down by one while that
@@ -18,7 +18,7 @@ import numpy as np
 
 from terazi.design.zupt import STANDARD_GRAVITY_M_S2
 
-CELLS, INPUTS = 8, 2
+UNITS, INPUTS = 8, 2
 STATE_Q13 = 1 << 13
 OCTAVES_Q10 = 10 << 10
 SUM_SHIFT = 8
@@ -28,8 +28,8 @@ HALVES = 2  # a magnitude's unit is half a count
 
 
 @dataclass(frozen=True)
-class Cell:
-    """port_gru_cell_t; gates in the order r, z, n."""
+class Unit:
+    """port_gru_unit_t; gates in the order r, z, n."""
 
     bias: tuple[int, ...]  # (3,)
     inputs: tuple[tuple[int, ...], ...]  # (2, 3)
@@ -41,7 +41,7 @@ class Cell:
 class Weights:
     """All that zupt_gru.c has in program memory or as constants."""
 
-    cells: tuple[Cell, ...]
+    units: tuple[Unit, ...]
     out: tuple[int, ...]
     out_bias: int  # of the sum of products, accept's logit taken off
     sigmoid_q16: tuple[int, ...]
@@ -74,13 +74,13 @@ def sigmoid(values):
 def states(network: Floats, inputs: np.ndarray) -> np.ndarray:
     """(n, 8) float64: the state after each row of the (n, 2) inputs. Cho et al. 2014, PyTorch's
     order of gates r, z, n."""
-    state, found = np.zeros(CELLS), np.empty((len(inputs), CELLS))
+    state, found = np.zeros(UNITS), np.empty((len(inputs), UNITS))
     for at, row in enumerate(inputs):
         given = network.w_ih @ row + network.b_ih
         back = network.w_hh @ state + network.b_hh
-        reset = sigmoid(given[:CELLS] + back[:CELLS])
-        update = sigmoid(given[CELLS : 2 * CELLS] + back[CELLS : 2 * CELLS])
-        fresh = np.tanh(given[2 * CELLS :] + reset * back[2 * CELLS :])
+        reset = sigmoid(given[:UNITS] + back[:UNITS])
+        update = sigmoid(given[UNITS : 2 * UNITS] + back[UNITS : 2 * UNITS])
+        fresh = np.tanh(given[2 * UNITS :] + reset * back[2 * UNITS :])
         state = fresh + update * (state - fresh)
         found[at] = state
     return found
@@ -141,24 +141,24 @@ def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
     scale = spec["format"]["weights_per_unit"]
     units_per_sum = scale * STATE_Q13 / (1 << SUM_SHIFT)  # sums of one
     state = states(network, inputs)
-    before = np.vstack([np.zeros((1, CELLS)), state[:-1]])
+    before = np.vstack([np.zeros((1, UNITS)), state[:-1]])
     tens = OCTAVES_Q10 / STATE_Q13  # ten octaves, where a state's one is one
     seen = np.hstack([inputs * tens, before])
     rows = np.hstack([network.w_ih / tens, network.w_hh])
-    cells = []
-    for n in range(CELLS):
+    units = []
+    for n in range(UNITS):
         parts = []
         for gate in range(2):
-            at = gate * CELLS + n
+            at = gate * UNITS + n
             weights, more = rounded_row(rows[at], scale, seen)
             parts.append((weights, network.b_ih[at] + network.b_hh[at] + more))
-        at = 2 * CELLS + n
+        at = 2 * UNITS + n
         given, more = rounded_row(rows[at, :INPUTS], scale, seen[:, :INPUTS])
         back, more_u = rounded_row(rows[at, INPUTS:], scale, before)
         parts.append((np.concatenate([given, back]), network.b_ih[at] + more))
         columns = np.array([weights for weights, _ in parts]).T
-        cells.append(
-            Cell(
+        units.append(
+            Unit(
                 tuple(round(float(bias) * units_per_sum) for _, bias in parts),
                 tuple(tuple(row) for row in columns[:INPUTS].tolist()),
                 round(float(network.b_hh[at] + more_u) * units_per_sum),
@@ -171,11 +171,11 @@ def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
     table = sigmoid_table(
         spec["format"]["sigmoid_step"] / units_per_sum, spec["format"]["sigmoid_pieces"]
     )
-    check(cells)
+    check(units)
     acc_halves = HALVES * spec["sensor"]["acc_counts_per_g"] / STANDARD_GRAVITY_M_S2
     gyro_halves = HALVES * np.degrees(spec["sensor"]["gyro_counts_per_deg_s"])
     return Weights(
-        tuple(cells),
+        tuple(units),
         tuple(out.tolist()),
         out_bias,
         table,
@@ -191,12 +191,12 @@ def largest_sum(bias: int, inputs: Sequence[int], states: Sequence[int]) -> int:
     return abs(bias) + -(-products // (1 << SUM_SHIFT)) + 1
 
 
-def check(cells: Sequence[Cell]) -> None:
+def check(units: Sequence[Unit]) -> None:
     """port_gru.h's demand on the weights."""
-    for n, cell in enumerate(cells):
-        inputs, states = (tuple(zip(*rows, strict=True)) for rows in (cell.inputs, cell.states))
-        sums = [largest_sum(cell.bias[gate], inputs[gate], states[gate]) for gate in range(2)]
-        sums.append(largest_sum(cell.bias[2], inputs[2], ()))
-        sums[2] += largest_sum(cell.bias_u, (), states[2]) + 1
+    for n, unit in enumerate(units):
+        inputs, states = (tuple(zip(*rows, strict=True)) for rows in (unit.inputs, unit.states))
+        sums = [largest_sum(unit.bias[gate], inputs[gate], states[gate]) for gate in range(2)]
+        sums.append(largest_sum(unit.bias[2], inputs[2], ()))
+        sums[2] += largest_sum(unit.bias_u, (), states[2]) + 1
         if max(sums) > SUM_MAX:
-            raise ValueError(f"cell {n}: a sum of {max(sums)} leaves 16 bits")
+            raise ValueError(f"unit {n}: a sum of {max(sums)} leaves 16 bits")
