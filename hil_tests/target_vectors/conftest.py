@@ -43,3 +43,8 @@ def runner_faults_elf():
 @pytest.fixture(scope="session")
 def runner_zupt_elf():
     return built("runner_zupt.elf")
+
+
+@pytest.fixture(scope="session")
+def runner_zupt_gru_elf():
+    return built("runner_zupt_gru.elf")

@@ -101,5 +101,5 @@ def test_no_vector_is_left_out():
     replayed += ("scale_", "checkweigher_")  # test_golden_scale_on_target.py
     replayed += ("temperature_",)  # test_golden_temperature_on_target.py
     replayed += ("settings_", "faults_")  # test_settings_..., test_golden_faults_on_target.py
-    replayed += ("zupt_",)  # test_golden_zupt_on_target.py
+    replayed += ("zupt_",)  # test_golden_zupt_on_target.py, ..._zupt_gru_on_target.py
     assert [path.name for path in FOLDER.glob("*.csv") if not path.name.startswith(replayed)] == []

@@ -39,6 +39,7 @@ GENERATED_HEADERS += ("settings_table.h", "zupt_configs.h")
 # Loops over arrays.
 BLOCKS = ("blocks", "adaptive_blocks", "imu_blocks", "mahony_blocks", "scale_blocks")
 BLOCKS += ("temperature_blocks", "ins_blocks", "faults_blocks", "zupt_blocks")
+BLOCKS += ("zupt_gru_blocks",)
 SEAM = "typedef int... port_place_t;\n"  # of port_rom.h, which is no public header
 SOURCE_FOLDERS = ("src", "generated", "port_plain")
 

@@ -26,6 +26,7 @@ from terazi.models import (
     exact_temperature,
     exact_weight_kf_adaptive,
     exact_zupt,
+    exact_zupt_gru,
     settings,
 )
 from tools.gen.spec import ROOT
@@ -33,7 +34,7 @@ from tools.gen.spec import ROOT
 FOLDER = ROOT / "shared_c" / "vectors"
 SEED = 20_251_122
 TWINS = (exact, exact_checkweigher, exact_faults, exact_imu, exact_scale, exact_temperature)
-TWINS += (exact_weight_kf_adaptive, exact_zupt, settings, specs)
+TWINS += (exact_weight_kf_adaptive, exact_zupt, exact_zupt_gru, settings, specs)
 RAIL_LOW, RAIL_HIGH = exact.COUNTS_MIN, exact.COUNTS_MAX
 
 COUNTS = "counts, 24 bits in int32"
@@ -327,6 +328,7 @@ def drafts() -> list[Draft]:
         golden_settings,
         golden_temperature,
         golden_zupt,
+        golden_zupt_gru,
     )
 
     return [
@@ -344,6 +346,7 @@ def drafts() -> list[Draft]:
         *golden_faults.drafts(),
         *golden_temperature.drafts(),
         *golden_zupt.drafts(),
+        *golden_zupt_gru.drafts(),
     ]
 
 

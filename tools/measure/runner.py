@@ -23,6 +23,7 @@ from tools.measure import (
     runner_settings,
     runner_temperature,
     runner_zupt,
+    runner_zupt_gru,
 )
 from virtual_uno.profile import Cost
 
@@ -32,6 +33,7 @@ RUNNER_FAULTS = RUNNER.with_name("runner_faults.elf")
 RUNNER_SETTINGS = RUNNER.with_name("runner_settings.elf")
 RUNNER_TEMPERATURE = RUNNER.with_name("runner_temperature.elf")
 RUNNER_ZUPT = RUNNER.with_name("runner_zupt.elf")
+RUNNER_ZUPT_GRU = RUNNER.with_name("runner_zupt_gru.elf")
 SEED = 7
 RAIL_LOW, RAIL_HIGH = -(1 << 23), (1 << 23) - 1
 
@@ -131,6 +133,12 @@ def _cases() -> dict[str, Case]:
             "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
         ),
         "zupt": Case("zupt_update", runner_zupt.drive, elf=RUNNER_ZUPT),
+        **{
+            f"zupt_gru_{rate}": Case(
+                "zupt_gru_update", runner_zupt_gru.drive(sample_ms), elf=RUNNER_ZUPT_GRU
+            )
+            for rate, sample_ms in (("1000hz", 1), ("500hz", 2))
+        },
         **cases,
     }
 

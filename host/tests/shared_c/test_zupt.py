@@ -64,7 +64,7 @@ def config_of(vector):
     return {field: vector.parameter(field) for field in FIELDS} | {"begin_squares": limits}
 
 
-@pytest.mark.parametrize("vector", golden("zupt_"), ids=str)
+@pytest.mark.parametrize("vector", golden("zupt_[!g]"), ids=str)
 def test_zupt_reproduces_vector_bit_for_bit(vector):
     zupt = Zupt(config_of(vector))
     still = zupt.block(columns(vector, "gyro"), columns(vector, "acc"))
@@ -73,7 +73,7 @@ def test_zupt_reproduces_vector_bit_for_bit(vector):
 
 
 def test_zupt_vectors_hold_every_detector_still_and_moving_and_rails():
-    found = golden("zupt_")
+    found = golden("zupt_[!g]")
     for number in ZUPT_DETECTORS.values():
         flags = {f for v in found if v.parameter("detector") == number for f in v["still"]}
         assert flags == {0, 1}

@@ -37,6 +37,7 @@ from terazi.cshared.scales import (
 )
 from terazi.cshared.temperature import Temperature
 from terazi.cshared.zupt import ZUPT_DETECTORS, ZUPT_RATES, Zupt
+from terazi.cshared.zupt_gru import ZuptGru
 
 __all__ = [
     "FIR_DESIGNS",
@@ -73,6 +74,7 @@ __all__ = [
     "WeightKfAdaptive",
     "WeightKfPair",
     "Zupt",
+    "ZuptGru",
     "crc16",
     "encode_frame",
     "fir_block",
