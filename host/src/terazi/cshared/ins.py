@@ -16,6 +16,7 @@ BLOCKS = (
 """Blocks of three states each; the last three only where there are 24 states."""
 PATH_COLUMNS, BIAS_COLUMNS = 10, 6
 PIECE = 512  # samples in one call: between them, progress is told and a smoother's tape ends
+REVISED_PIECE = 20  # samples after which what was told at once may be revised
 
 
 class Ins:
@@ -114,6 +115,67 @@ class Ins:
             if progress:
                 progress(end / count)
         return path, bias
+
+    def run_at_once(
+        self,
+        dt_s,
+        acc_b_m_s2,
+        gyro_b_rad_s,
+        at_once,
+        revised,
+        *,
+        revised_after: int,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Take n samples; gives the (n, 10) path as each sample is known at that sample.
+
+        at_once, revised : three (n,) sigmas each, as run() takes them: those that are known at a
+            sample, and those that are known `revised_after` samples later.
+
+        A sigma of velocity that comes or goes by being revised is a reason to go back and run again
+        from there, at the end of the next REVISED_PIECE samples; a sigma that only changes can wait
+        until `revised_after` samples have gathered. What was told before then stays told: row i
+        depends on samples 0 .. i alone. The state is afterwards that of the revised sigmas, where
+        they are known.
+        """
+        base = [_floats(dt_s, 1), _floats(acc_b_m_s2, 2), _floats(gyro_b_rad_s, 2)]
+        first, final = ([_floats(each, 1) for each in sigmas] for sigmas in (at_once, revised))
+        count = len(base[0])
+        if {len(each) for each in (*base, *first, *final)} != {count}:
+            raise ValueError("unequal numbers of samples")
+        first, final = base + first, base + final
+        flips = _so_far((first[3] > 0) != (final[3] > 0))
+        changes = _so_far(np.any(np.array(first[3:]) != np.array(final[3:]), axis=0))
+        path = np.empty((count, PATH_COLUMNS))
+        again = np.empty((revised_after + REVISED_PIECE, PATH_COLUMNS))
+        ahead, known = ffi.new("ins_t *", self._c[0]), 0
+        for begin in range(0, count, REVISED_PIECE):
+            end, final_end = min(begin + REVISED_PIECE, count), max(0, begin - revised_after)
+            waited = final_end - known >= revised_after and changes[final_end] > changes[known]
+            if waited or flips[final_end] > flips[known]:
+                self._step(
+                    self._c, final, known, final_end, np.empty((final_end - known, PATH_COLUMNS))
+                )
+                known = final_end
+                ffi.memmove(ahead, self._c, ffi.sizeof("ins_t"))
+                self._step(ahead, first, known, begin, again)
+            self._step(ahead, first, begin, end, path[begin:end])
+            if progress:
+                progress(end / count)
+        return path
+
+    @staticmethod
+    def _step(state, columns, begin: int, end: int, path: np.ndarray) -> None:
+        lib.ins_blocks_run(
+            state,
+            *(_pointer(each[begin:end]) for each in columns),
+            *(_pointer(path), ffi.NULL, ffi.NULL, end - begin),
+        )
+
+
+def _so_far(which: np.ndarray) -> np.ndarray:
+    """(n + 1,) how many of the first 0 .. n are true."""
+    return np.concatenate([[0], np.cumsum(which)])
 
 
 def _floats(values, dimensions: int) -> np.ndarray:

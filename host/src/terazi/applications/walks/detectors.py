@@ -42,6 +42,7 @@ class Detection:
     unit: str
     ahead_s: float = 0.0  # how much of the future a decision knows
     detector: str = ""  # which it is, for people
+    at_once: Detection | None = None  # what was decided from the past alone; None: the same
 
     @property
     def still(self) -> np.ndarray:
@@ -81,13 +82,16 @@ SHOE = Fixed(0.045, 0.9)
 LOW_PASS = Fixed(0.0, 0.1)
 SHOE_M_S2_PER_RAD_S = 11.0
 LOW_PASS_HZ = 5.0
-LEARNT_NEAR_S, LEARNT_MORE, LEARNT_HIGH = 1.2, 1.4, 0.8
+LEARNT_NEAR_S, LEARNT_HIGH = 1.2, 0.8
+LEARNT_MORE, LEARNT_MORE_AT_ONCE = 1.4, 2.2
 HIGH_PASS_HZ = 0.001
 
 STANDS, MOVES = 0.5, 2.0  # a motion of yes and no, beside a threshold of 1
 
 ADAPTIVE_BATCH = AdaptiveShoe(0.025, 4.4, 1.29, 1.45, 0.118, 1.94)
-ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 40.0, 1.24, 1.40, 0.145, 2.5)
+ADAPTIVE_CAUSAL = AdaptiveShoe(0.025, 4.4, 1.25, 2.2, 0.118, 1.94)
+"""Generous: zero velocity that comes too early weighs little and is soon revised, a stance that is
+missed costs a swing."""
 
 
 def _fixed(walk: Walk, motion, settings: Fixed, unit: str, *, causal: bool) -> Detection:
@@ -146,20 +150,24 @@ def adaptive_shoe_detector(walk: Walk, settings: AdaptiveShoe, *, causal: bool) 
     return Detection(motion, threshold, "rad/s", ahead_s)
 
 
-def learnt_detector(
-    walk: Walk, network: Network, *, least_doubt: float | None = None, causal: bool
-) -> Detection:
+def learnt_detectors(
+    walk: Walk, network: Network, *, least_doubt: float | None = None
+) -> tuple[Detection, Detection]:
     """A network's doubt, 1 - probability, against its own least value near by, as for SHOE: what is
-    accepted at one fixed probability misses every stance of some walkers.
+    accepted at one fixed probability misses every stance of some walkers. In the end; at once.
 
     least_doubt : lowest threshold; None: what the network's file accepts.
     """
     motion = 1 - network.probability(walk)
     low = 1 - network.accept if least_doubt is None else least_doubt
     length = odd_length(LEARNT_NEAR_S, walk.rate_hz)
-    least = moving_min(motion, length, causal=causal)
-    threshold = np.clip(LEARNT_MORE * least, low, max(low, LEARNT_HIGH))
-    return Detection(motion, threshold, "doubt", 0.0 if causal else LEARNT_NEAR_S / 2)
+
+    def detection(causal: bool, more: float) -> Detection:
+        least = moving_min(motion, length, causal=causal)
+        threshold = np.clip(more * least, low, max(low, LEARNT_HIGH))
+        return Detection(motion, threshold, "doubt", 0.0 if causal else LEARNT_NEAR_S / 2)
+
+    return detection(False, LEARNT_MORE), detection(True, LEARNT_MORE_AT_ONCE)
 
 
 def low_pass_detector(walk: Walk, settings: Fixed, *, causal: bool) -> Detection:

@@ -13,8 +13,6 @@ from terazi.applications.walks.complementary import ComplementarySettings, compl
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.elimination import eliminate
 from terazi.applications.walks.navigator import (
-    CAUSAL,
-    RECORDED,
     KalmanSettings,
     Path,
     kalman,
@@ -54,7 +52,7 @@ class Options:
     weights: Weights | None = None  # of the learnt detector; None: those that are shipped
     roll_share: float = ROLL_SHARE
     eliminate_drift: bool = False  # heuristically; recorded walks only
-    kalman: KalmanSettings | None = None  # None: RECORDED or CAUSAL
+    kalman: KalmanSettings | None = None  # None: as they are shipped
     complementary: ComplementarySettings = field(default_factory=ComplementarySettings)
 
 
@@ -69,31 +67,31 @@ class Result:
 
 
 def detect(walk: Walk, options: Options) -> Detection:
-    """When the foot stands still."""
+    """When the foot stands still: as it is known in the end, and as it was at once."""
     named = options.detector
     if named == DEVICE and walk.device is not None:
         named = f"{named} ({walk.device.detector})"
-    return replace(_detect(walk, options), detector=named)
+    detection, at_once = _detect(walk, options)
+    at_once = replace(at_once, detector=named)
+    return replace(detection, detector=named, at_once=at_once)
 
 
-def _detect(walk: Walk, options: Options) -> Detection:
+def _detect(walk: Walk, options: Options) -> tuple[Detection, Detection]:
     if options.detector == DEVICE:
         if options.threshold is not None:
             raise UsageError("--threshold changes nothing of what a device has decided")
-        return of.device_detector(walk, causal=options.causal)
+        return of.device_detector(walk, causal=False), of.device_detector(walk, causal=True)
     if options.detector == LEARNT:
         network = load_network(options.weights or SHIPPED)
-        return of.learnt_detector(
-            walk, network, least_doubt=options.threshold, causal=options.causal
-        )
+        return of.learnt_detectors(walk, network, least_doubt=options.threshold)
     if options.detector not in DETECTORS:
         raise ValueError(f"no detector {options.detector!r}; there are {', '.join(ALL_DETECTORS)}")
-    run, batch, causal = DETECTORS[options.detector]
-    settings = causal if options.causal else batch
+    run, *both = DETECTORS[options.detector]
     if options.threshold is not None:
         name = "low_rad_s" if options.detector == "adaptive_shoe" else "threshold"
-        settings = replace(settings, **{name: options.threshold})
-    return run(walk, settings, causal=options.causal)
+        both = [replace(settings, **{name: options.threshold}) for settings in both]
+    batch, causal = both
+    return run(walk, batch, causal=False), run(walk, causal, causal=True)
 
 
 def estimate(
@@ -106,12 +104,13 @@ def estimate(
     if options.navigator not in NAVIGATORS:
         raise ValueError(f"no navigator {options.navigator!r}; there are {', '.join(NAVIGATORS)}")
     detection = detect(walk, options)
-    walk = check_standing(walk, detection.still)
+    shown = detection.at_once if options.causal else detection
+    walk = check_standing(walk, shown.still)
     if options.navigator == "kalman":
-        settings = options.kalman or (CAUSAL if options.causal else RECORDED)
+        settings = options.kalman or KalmanSettings()
         path = kalman(walk, detection, settings, causal=options.causal, progress=progress)
     else:
-        path = complementary(walk, detection, options.complementary, causal=options.causal)
+        path = complementary(walk, shown, options.complementary, causal=options.causal)
     path = rolled(path, options.roll_share)
     strides = find_strides(path, walk.rate_hz)
     notes = stride_note(strides_s(walk, strides))
@@ -120,7 +119,7 @@ def estimate(
         path, strides = done.path, find_strides(done.path, walk.rate_hz)
         words = "applied" if done.applied else "left off"
         notes = (*notes, f"drift elimination {words}: {done.words}")
-    return Result(replace(walk, notes=(*walk.notes, *notes)), detection, path, strides)
+    return Result(replace(walk, notes=(*walk.notes, *notes)), shown, path, strides)
 
 
 def strides_s(walk: Walk, strides: Strides):

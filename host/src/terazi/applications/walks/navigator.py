@@ -51,9 +51,9 @@ class KalmanSettings:
     gravity_sigma_m_s2: float = 0.0
     align_s: float = 0.35  # over which the first acceleration is averaged
     smooth_s: float = 0.25  # of the future, at least; 0: a filter
+    held_m: float = 0.0095  # what the future may change of a position; np.inf: anything
 
 
-RECORDED = KalmanSettings()
 CAUSAL = KalmanSettings(
     vel_sigma_m_s=0.066,
     vel_doubt=12.0,
@@ -72,7 +72,7 @@ CAUSAL = KalmanSettings(
     align_s=0.125,
     smooth_s=0.0,
 )
-"""Chosen for the two modes apart; the README tells how."""
+"""For decisions that are made at once and never revised, as a device makes them."""
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,70 @@ def kalman(
     causal: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Run it; causal: without smoothing."""
+    """Run it; causal: each sample as it is known at that sample.
+
+    Decisions that are revised later (`detection.at_once`) are revised in a causal run, too: the
+    filter goes back to where it knew better. A recorded walk is smoothed from there, but no
+    position moves by more than `held_m` from what was known of it at once: so whatever is cut off
+    a record's end, the rest stays where it is. (Unless decisions know the whole record, ahead_s
+    infinite: then nothing can be held.)
+    """
+    columns = walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s
+    at_once = detection.at_once
+    told = None
+    if at_once is not None and (causal or np.isfinite(detection.ahead_s)):
+        told = _ins(walk, detection, settings).run_at_once(
+            *columns,
+            _sigmas(walk, at_once, settings, causal=True),
+            _sigmas(walk, detection, settings, causal=False),
+            revised_after=len(walk) - _revised(walk, detection, settings),
+            progress=_share(progress, 0.0, 1.0 if causal else 0.5),
+        )
+    if causal and told is not None:
+        return _path(told, at_once.still, len(walk))
+    smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
+    rows, _biases = _ins(walk, detection, settings).run(
+        *columns,
+        *_sigmas(walk, detection, settings, causal=causal),
+        smooth_len=smooth_len,
+        progress=progress if told is None else _share(progress, 0.5, 1.0),
+    )
+    known = len(walk) if causal else _revised(walk, detection, settings)
+    if smooth_len:
+        known = max(0, known // smooth_len - 1) * smooth_len
+    if told is not None:
+        rows[:known, :3] = held(told[:known, :3], rows[:known, :3], settings.held_m)
+        rows[known:] = told[known:]
+    return _path(rows, detection.still, known)
+
+
+def held(told_m: np.ndarray, known_m: np.ndarray, most_m: float) -> np.ndarray:
+    """(n, 3) what is known now, but no farther than most_m from what was told at once."""
+    change = known_m - told_m
+    size = np.linalg.norm(change, axis=1, keepdims=True)
+    share = np.minimum(most_m / np.maximum(size, 1e-9), 1.0)
+    return np.where(share < 1, told_m + share * change, known_m)
+
+
+def _path(rows: np.ndarray, still: np.ndarray, settled: int) -> Path:
+    return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, settled)
+
+
+def _revised(walk: Walk, detection: Detection, settings: KalmanSettings) -> int:
+    return final_samples(walk, max(settings.standstill_s / 2, detection.ahead_s))
+
+
+def _share(progress, begin: float, end: float):
+    return progress and (lambda share: progress(begin + (end - begin) * share))
+
+
+def _sigmas(walk: Walk, detection: Detection, settings: KalmanSettings, *, causal: bool):
+    """Three (n,) of zero velocity, zero angular rate and unchanged height; 0 where there is none.
+
+    The pseudo-measurements' errors last longer than a sample: at other rates there are more or
+    fewer of them for the same knowledge.
+    """
     still = detection.still
-    # The pseudo-measurements' errors last longer than a sample: at other rates there are more or
-    # fewer of them for the same knowledge.
     per_sample = np.sqrt(walk.rate_hz / 200.0)
     vel_sigma = settings.vel_sigma_m_s * per_sample
     vel = np.where(still, vel_sigma * np.sqrt(1 + settings.vel_doubt * detection.doubt), 0.0)
@@ -132,10 +192,15 @@ def kalman(
     if settings.level_gate_m > 0:
         after = max(1, round(settings.level_after_s * walk.rate_hz))
         level[stance_ages(still) == after] = settings.level_sigma_m
+    return vel, rate, level
+
+
+def _ins(walk: Walk, detection: Detection, settings: KalmanSettings) -> Ins:
+    """The filter as a record begins: as much of it is averaged as its first sample waits for."""
     first = slice(0, max(1, round(settings.align_s * walk.rate_hz)))
-    stands = np.mean(still[first]) > 0.5
+    stands = np.mean(detection.still[first]) > 0.5
     tilt = settings.attitude_sigma_rad if stands else UNKNOWN_TILT_RAD
-    ins = Ins(
+    return Ins(
         upright(walk.acc_b_m_s2[first].mean(axis=0)),
         sigmas={
             "velocity": 1e-3 if stands else UNKNOWN_M_S,
@@ -156,19 +221,6 @@ def kalman(
         gate_sigmas=settings.gate_sigmas,
         level_gate_m=settings.level_gate_m,
     )
-    smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
-    rows, _biases = ins.run(
-        *(walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s),
-        *(vel, rate, level),
-        smooth_len=smooth_len,
-        progress=progress,
-    )
-    known = (
-        len(walk) if causal else final_samples(walk, settings.standstill_s / 2 + detection.ahead_s)
-    )
-    if smooth_len:
-        known = max(0, known // smooth_len - 1) * smooth_len
-    return Path(rows[:, :3], rows[:, 3:6], rows[:, 6:], still, known)
 
 
 def rolled(path: Path, share: float) -> Path:

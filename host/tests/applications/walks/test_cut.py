@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""What is cut off a record's end changes nothing of a causal path, and of a recorded one no
+position by more than a centimetre, be it in mid-swing."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from terazi.applications.walks import ALL_DETECTORS, Options, estimate, find_walks, load_walk
+from terazi.applications.walks import simulator as of
+from terazi.applications.walks.detectors import Detection
+from terazi.applications.walks.navigator import KalmanSettings, held, kalman
+from terazi.cshared import Ins
+
+MOST_M = 0.01
+LATEST_S = 1.2  # of the end that is not settled
+CUTS = 10
+HELD_DETECTORS = [name for name in ALL_DETECTORS if name not in ("device", "low_pass")]
+
+
+def routes():
+    """Walks that differ: strides of varied length and time, runs, stairs, turns, no standstill."""
+    rng = np.random.default_rng(3)
+    varied = of.strides(12, rng=rng) + of.turning(2.0) + of.strides(8, of.RUNNING, rng=rng)
+    return {
+        "varied": [*of.stand(1.5), *varied, *of.stand(1.0)],
+        "runner": [*of.stand(1.0), *of.strides(20, of.RUNNING, rng=rng), *of.stand(1.0)],
+        "stairs": [*of.stand(1.5), *of.staircase(10), *of.strides(6, rng=rng)],
+        "unrested": [*of.stand(0.2), *of.strides(15, rng=rng), *of.stand(0.5)],
+    }
+
+
+WALKS = {name: of.simulate(route, seed=21, name=name) for name, route in routes().items()}
+WHOLE = {}
+
+
+def whole(name, options):
+    """Its path, computed once."""
+    key = name, options
+    if key not in WHOLE:
+        WHOLE[key] = estimate(WALKS[name], options).path
+    return WHOLE[key]
+
+
+def largest_change_m(walk, before, count, options):
+    part = estimate(walk.cut(count), options).path
+    change = np.linalg.norm(part.pos_w_m - before.pos_w_m[:count], axis=1)
+    return part, float(change.max())
+
+
+@pytest.mark.parametrize("name", WALKS)
+@given(share=st.floats(0.0, 1.0))
+@settings(max_examples=40)
+def test_no_position_moves_by_a_centimetre_whatever_is_cut_off(name, share):
+    walk = WALKS[name]
+    least = round(2.5 * walk.rate_hz)
+    count = least + round(share * (len(walk) - least))
+    before = whole(name, Options())
+    part, change_m = largest_change_m(walk, before, count, Options())
+    assert change_m <= MOST_M
+    assert count - part.settled < LATEST_S * walk.rate_hz
+    assert np.array_equal(part.pos_w_m[: part.settled], before.pos_w_m[: part.settled])
+
+
+@pytest.mark.parametrize("name", WALKS)
+@given(share=st.floats(0.0, 1.0))
+@settings(max_examples=40)
+def test_a_causal_path_does_not_change_in_a_bit(name, share):
+    walk = WALKS[name]
+    least = round(2.5 * walk.rate_hz)
+    count = least + round(share * (len(walk) - least))
+    before = whole(name, Options(causal=True))
+    part, _ = largest_change_m(walk, before, count, Options(causal=True))
+    for one, other in ((part.pos_w_m, before.pos_w_m), (part.quat_wb, before.quat_wb)):
+        assert np.array_equal(one, other[:count])
+
+
+@pytest.mark.parametrize("causal", [False, True], ids=["recorded", "causal"])
+@pytest.mark.parametrize("detector", HELD_DETECTORS)
+def test_it_holds_for_every_detector(detector, causal):
+    walk, options = WALKS["varied"], Options(detector=detector, causal=causal)
+    before = whole("varied", options)
+    for count in np.random.default_rng(4).integers(500, len(walk), CUTS):
+        _, change_m = largest_change_m(walk, before, int(count), options)
+        assert change_m <= (0.0 if causal else MOST_M)
+
+
+@pytest.mark.parametrize("count", [1500, 2345, 3000])
+@pytest.mark.parametrize("detector", ["adaptive_shoe", "shoe"])
+def test_a_causal_complementary_path_does_not_change_in_a_bit(detector, count):
+    options = Options(navigator="complementary", causal=True, detector=detector)
+    before = whole("varied", options).pos_w_m
+    part = estimate(WALKS["varied"].cut(count), options).path.pos_w_m
+    assert np.array_equal(part, before[:count])
+
+
+def test_without_a_hold_a_landing_moves_its_swing():
+    """That the hold has something to do: what the tests above would find without it."""
+    free = Options(kalman=KalmanSettings(held_m=np.inf))
+    walk, before = WALKS["runner"], whole("runner", free)
+    changes = [
+        largest_change_m(walk, before, count, free)[1] for count in range(600, len(walk), 97)
+    ]
+    assert max(changes) > 2 * MOST_M
+
+
+def test_held_stays_where_it_may_and_stops_where_it_must():
+    told = np.zeros((3, 3))
+    known = np.array([[0.003, 0, 0], [0, 0.04, 0.03], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(held(told, known, 0.01), [[0.003, 0, 0], [0, 0.008, 0.006], [0] * 3])
+    assert np.array_equal(held(told, known, np.inf), known)
+
+
+def decisions(still):
+    return Detection(np.where(still, 0.5, 2.0), np.ones(len(still)), "")
+
+
+def test_decisions_that_are_revised_make_the_path_of_the_better_ones():
+    """At once one stance of three is missed; where that is known the path is as if never missed."""
+    walk = of.simulate([*of.stand(2), *of.strides(12), *of.stand(3)], seed=2)
+    late_s = 0.3
+    known = replace(decisions(walk.zero_velocity), ahead_s=late_s)
+    missed = walk.zero_velocity & (np.arange(len(walk)) // 220 % 3 > 0)
+    settings_ = KalmanSettings()
+    paths = {
+        "never known": kalman(walk, decisions(missed), settings_, causal=True),
+        "known later": kalman(
+            walk, replace(known, at_once=decisions(missed)), settings_, causal=True
+        ),
+        "known at once": kalman(
+            walk, replace(known, at_once=decisions(walk.zero_velocity)), settings_, causal=True
+        ),
+    }
+    best = paths["known at once"].pos_w_m
+    end = slice(len(walk) - 100, None)  # it stands there for long
+    error_m = {name: np.abs(path.pos_w_m - best)[end].max() for name, path in paths.items()}
+    assert error_m["known later"] < 0.002 < error_m["never known"]
+
+
+def test_what_is_told_at_once_is_the_filter_s_where_nothing_is_revised():
+    walk = WALKS["varied"]
+    vel = np.where(walk.zero_velocity, 0.05, 0.0)
+    none = np.zeros(len(walk))
+    columns = walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s
+
+    def ins():
+        return Ins(
+            (1, 0, 0, 0),
+            sigmas={"velocity": 0.1, "attitude": 0.02, "gyro_bias": 0.01},
+            noises={"velocity": 0.05, "attitude": 0.01},
+            gravity_m_s2=9.81,
+        )
+
+    plain, _ = ins().run(*columns, vel, none, none)
+    told = ins().run_at_once(*columns, (vel, none, none), (vel, none, none), revised_after=60)
+    assert np.array_equal(told, plain)
+
+
+@pytest.mark.parametrize("causal", [False, True], ids=["recorded", "causal"])
+def test_no_recorded_walk_s_path_moves_by_a_centimetre_whatever_is_cut_off(causal):
+    if "TERAZI_DATA" not in os.environ:
+        pytest.skip("TERAZI_DATA is unset: no recorded walks to cut")
+    data = Path(os.environ["TERAZI_DATA"]) / "walks"
+    rng, options = np.random.default_rng(6), Options(causal=causal)
+    for path in sorted(each for folder in data.iterdir() for each in find_walks(folder)):
+        walk = replace(load_walk(path), truth=None)
+        before = estimate(walk, options).path
+        for count in rng.integers(round(2.5 * walk.rate_hz), len(walk), CUTS):
+            part, change_m = largest_change_m(walk, before, int(count), options)
+            assert change_m <= (0.0 if causal else MOST_M), (path.stem, count)
+            assert count - part.settled < LATEST_S * walk.rate_hz
+            same = np.array_equal(part.pos_w_m[: part.settled], before.pos_w_m[: part.settled])
+            assert same, (path.stem, count)
