@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""How often the chip's learnt detector decides as the network in floats does.
+
+    ./dev run python -m tools.tune.zupt_gru [--json] [FOLDER ...]
+
+Recorded walks become whole counts of an MPU-6050 and run through the chip's code:
+
+    agree    at the network's own 200 Hz, each sample given to the chip until the next one, against
+             `terazi walk`'s network: share of the walk's samples that are decided alike
+    500hz    as the device samples: 500 Hz, by straight lines, against terazi.models.zupt_gru of the
+             same counts: share of the steps, each decision where the chip tells it, a sample later
+
+`path` is the 2-D error in m of the causal navigator of `terazi walk` where it knows nothing but
+these decisions, the chip's and the network's.
+FOLDER: walks; without it, all below walks in TERAZI_DATA.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from terazi.applications.walks import networks
+from terazi.applications.walks.formats import find_walks, load_walk
+from terazi.applications.walks.record import Walk
+from terazi.cshared import ZuptGru
+from terazi.design import zupt as design
+from terazi.models import zupt_gru as model
+from tools.gen.zupt_gru_weights import floats
+from tools.tune.zupt import Trial, known
+
+FOLDERS = ("vicon", "footprints", "xio_2011", "xio_gait")
+NETWORK_HZ = 200.0
+TIMES = 5  # samples of 1 ms a step
+SAMPLE_MS = 2  # of tools.tune.zupt
+
+
+def newest(walk: Walk) -> np.ndarray:
+    """(m,) sample of each of the network's steps: the newest there is, as networks.features has."""
+    steps = len(networks.features(walk, "magnitudes", NETWORK_HZ))
+    if steps == len(walk.t_s):
+        return np.arange(steps)
+    times_s = walk.t_s[0] + np.arange(steps) / NETWORK_HZ
+    return np.searchsorted(walk.t_s, times_s + 1e-9, side="right") - 1
+
+
+def counts_of(walk: Walk, at: np.ndarray) -> list[np.ndarray]:
+    """(m, 3) int16 of gyroscope and accelerometer at these samples."""
+    sensor = design.spec()["sensor"]
+    return [
+        np.clip(np.rint(v[at] * design.counts_per_unit(name, sensor)), -32768, 32767).astype("i2")
+        for v, name in ((walk.gyro_b_rad_s, "are"), (walk.acc_b_m_s2, "magnitude"))
+    ]
+
+
+def chip(walk: Walk) -> np.ndarray:
+    """(n,) bool at the walk's samples: what the chip decides at the network's own rate."""
+    gyro, acc = (np.repeat(each, TIMES, axis=0) for each in counts_of(walk, newest(walk)))
+    return networks.at_walk_rate(ZuptGru(1).block(gyro, acc)[TIMES - 1 :: TIMES], walk, NETWORK_HZ)
+
+
+def host(walk: Walk) -> np.ndarray:
+    """(n,) bool at the walk's samples: what the network in floats decides."""
+    network = networks.load_network(networks.SHIPPED)
+    return network.probability(walk) >= network.accept
+
+
+def agree_500hz(trial: Trial) -> float:
+    """Share of the steps decided as the float64 model decides of the same counts."""
+    gyro, acc = trial.counts
+    sensor = design.spec()["sensor"]
+    scales = (design.counts_per_unit(name, sensor) for name in ("are", "magnitude"))
+    physical = [each / scale for each, scale in zip((gyro, acc), scales, strict=True)]
+    at, logits = model.zupt_gru(*physical, network=floats(), sample_ms=SAMPLE_MS)
+    flags = ZuptGru(SAMPLE_MS).block(gyro, acc)
+    told = at + 1 < len(flags)
+    return float(np.mean(flags[at[told] + 1] == (logits[told] >= 0)))
+
+
+def report(walk: Walk) -> dict:
+    """Figures of one walk."""
+    trial, ours, theirs = Trial(walk), chip(walk), host(walk)
+    return {
+        "walk": walk.name,
+        "samples": len(ours),
+        "agree": float(np.mean(ours == theirs)),
+        "agree_500hz": agree_500hz(trial),
+        "still": {"chip": float(ours.mean()), "float": float(theirs.mean())},
+        "path_m": {"chip": trial.path_m(ours), "float": trial.path_m(theirs)},
+    }
+
+
+def summary(rows: list[dict]) -> dict:
+    """Over all walks; `samples` is the share of all samples, long walks counting more."""
+    weights = [row["samples"] for row in rows]
+    return {
+        name: {
+            "mean": float(np.mean([row[name] for row in rows])),
+            "samples": float(np.average([row[name] for row in rows], weights=weights)),
+            "worst": min(row[name] for row in rows),
+            "worst_walk": min(rows, key=lambda row: row[name])["walk"],
+        }
+        for name in ("agree", "agree_500hz")
+    } | {"path_m": {side: known(row["path_m"][side] for row in rows) for side in ("chip", "float")}}
+
+
+def show(found: dict, console: Console) -> None:
+    """A table for people."""
+    table = Table(title="chip against the network in floats", title_justify="left")
+    for heading in ("walk", "agree", "500hz", "still: chip, float", "path m: chip, float"):
+        table.add_column(heading)
+    for row in found["walks"]:
+        path = ("-" if v is None else f"{v:.3f}" for v in row["path_m"].values())
+        table.add_row(
+            row["walk"],
+            f"{row['agree']:.4f}",
+            f"{row['agree_500hz']:.4f}",
+            ", ".join(f"{v:.3f}" for v in row["still"].values()),
+            ", ".join(path),
+        )
+    console.print(table)
+    for name in ("agree", "agree_500hz"):
+        each = found["all"][name]
+        console.print(
+            f"{name}: mean {each['mean']:.4f}, of all samples {each['samples']:.4f}, "
+            f"worst {each['worst']:.4f} ({each['worst_walk']})"
+        )
+    console.print("path m: " + ", ".join(f"{k} {v:.3f}" for k, v in found["all"]["path_m"].items()
+                                         if v is not None))  # fmt: skip
+
+
+def main() -> int:
+    """Command line, see above."""
+    parser = argparse.ArgumentParser(prog="tune.zupt_gru", description=__doc__.splitlines()[0])
+    parser.add_argument("--json", action="store_true", help="one JSON object, nothing else")
+    parser.add_argument("folder", nargs="*", type=Path)
+    options = parser.parse_args()
+    data = os.environ.get("TERAZI_DATA")
+    if not options.folder and not data:
+        print("tune: name a folder of walks, or set TERAZI_DATA", file=sys.stderr)
+        return 2
+    folders = options.folder or [Path(data) / "walks" / name for name in FOLDERS]
+    rows = [report(load_walk(path)) for folder in folders for path in find_walks(folder)]
+    found = {"walks": rows, "all": summary(rows)}
+    if options.json:
+        print(json.dumps(found))
+    else:
+        show(found, Console(highlight=False, width=None))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
