@@ -19,6 +19,7 @@
 #include "twi.h"
 #include "zupt.h"
 #include "zupt_configs.h"
+#include "zupt_gru.h"
 
 #include <avr/pgmspace.h>
 #include <stddef.h>
@@ -45,13 +46,14 @@ typedef struct {
     uint8_t         left;                 /* samples until the next ATTITUDE */
     uint8_t         events;               /* since the last one */
     uint8_t         flags;                /* of rest */
-    uint8_t         is_still;             /* of zupt */
+    uint8_t         is_still;             /* of zupt or zupt_gru */
     bool            is_running;           /* samples have come since the part was last away */
     bool            has_field;            /* field_b_counts is one */
     bool            field_is_new;         /* field_b_counts waits for the next sample */
     int16_t         field_b_counts[AXES]; /* calibrated, once it is not new any more */
     imu_cal_t       cal[SENSORS];
     zupt_t          zupt;
+    zupt_gru_t      zupt_gru;
     rest_t          rest;
     mahony_t        mahony;
     rest_config_t   rest_config;
@@ -98,6 +100,7 @@ PORT_OUTLINE bool attitude_setup(void)
     mahony_init(&it->mahony, &it->mahony_config);
     zupt_choose(PORT_REACH(&it->zupt), setup.imu_zupt,
                 is_1_khz ? ZUPT_RATE_1000HZ : ZUPT_RATE_500HZ);
+    zupt_gru_init(&it->zupt_gru, is_1_khz ? 1U : 2U);
     it->number     = 0;
     it->is_running = false;
     it->left       = 1;
@@ -142,6 +145,7 @@ static void bridge(attitude_t *it, uint16_t missed)
     mahony_gap(&it->mahony, missed);
     rest_interrupt(&it->rest);
     zupt_interrupt(&it->zupt);
+    zupt_gru_interrupt(&it->zupt_gru);
 }
 
 static PORT_OUTLINE void calibrate(imu_cal_t *cal, uint8_t orientation,
@@ -179,7 +183,9 @@ static void run_chain(attitude_t *it, mpu6050_sample_t *sample)
     }
     if (it->field_is_new) { take_field(it); }
     if (it->has_field) { mahony_update_mag(&it->mahony, it->field_b_counts); }
-    it->is_still = zupt_update(PORT_REACH(&it->zupt), gyro_b_counts, acc_b_counts);
+    it->is_still = setup.imu_zupt == SETTINGS_ZUPT_GRU
+                       ? zupt_gru_update(&it->zupt_gru, gyro_b_counts, acc_b_counts)
+                       : zupt_update(PORT_REACH(&it->zupt), gyro_b_counts, acc_b_counts);
 }
 
 static uint8_t flags_now(const attitude_t *it)

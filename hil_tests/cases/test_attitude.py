@@ -155,18 +155,24 @@ CALIBRATED = {
 ASTRIDE = {"imu_orientation": 0b100001, "mag_orientation": 0b001110}
 
 
-@pytest.mark.parametrize(("mode", "mag"), [(1, None), (1, "hmc5883l"), (2, "qmc5883l")])
-def test_every_attitude_is_the_hosts_bit_for_bit(uno, tmp_path, mode, mag):
+@pytest.mark.parametrize(
+    ("mode", "mag", "zupt"),
+    [(1, None, 1), (1, "hmc5883l", 1), (2, "qmc5883l", 1), (1, None, 5), (2, None, 5)],
+    ids=["500", "500 hmc", "1000 qmc", "500 gru", "1000 gru"],
+)
+def test_every_attitude_is_the_hosts_bit_for_bit(uno, tmp_path, mode, mag, zupt):
     virtual = fitted(uno, "rocking")
     if mag:
         virtual.mag.fit(mag).feel(read_motion("rocking").field_ut)
     uno.link.hello()
-    keep(uno, uart_baud=2, imu_mode=mode, imu_every=1, stream_mask=RAW, **CALIBRATED, **ASTRIDE)
+    chosen = {"imu_mode": mode, "imu_zupt": zupt, "imu_every": 1}
+    keep(uno, uart_baud=2, stream_mask=RAW, **chosen, **CALIBRATED, **ASTRIDE)
     uno.wait(0.5)
     recording = record(uno, tmp_path / "a.terazi", 4.0)
     assert_same_bits(recording)
     flags = recording.inertial.attitude["flags"]
     assert bool(flags[-1] & AttitudeFlag.HEADING) == bool(mag)
+    assert 0 < np.mean(flags & AttitudeFlag.STILL != 0) < 1
 
 
 def test_heading_comes_from_the_magnetometer_and_north_is_north(uno):
@@ -339,7 +345,9 @@ def test_a_platform_askew_is_told_at_rest_and_only_beyond_the_limit(uno):
     assert not uno.link.status().faults & FaultFlag.ASKEW
 
 
-@pytest.mark.parametrize("detector", [1, 2, 3, 4], ids=["shoe", "are", "variance", "magnitude"])
+@pytest.mark.parametrize(
+    "detector", [1, 2, 3, 4, 5], ids=["shoe", "are", "variance", "magnitude", "gru"]
+)
 def test_each_detector_says_still_and_moving_and_the_lamp_shows_it(uno, detector):
     def shaking(t_s):
         size = ((t_s > 3.0) & (t_s < 5.0)).astype(float)[:, None]

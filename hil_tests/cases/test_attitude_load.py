@@ -23,6 +23,7 @@ WARM_UP_S = 3.0
 RATES = {
     "500 Hz, 115 200 baud": ({"IMU_MODE": 1}, 115_200, 500, 350),
     "1 kHz, 500 000 baud": ({"IMU_MODE": 2, "UART_BAUD": 1}, 500_000, 1000, 600),
+    "1 kHz, learnt": ({"IMU_MODE": 2, "UART_BAUD": 1, "IMU_ZUPT": 5}, 500_000, 1000, 690),
 }
 
 

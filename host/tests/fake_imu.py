@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest
+from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest, Zupt, ZuptGru
 from terazi.cshared.imu import AT_REST, BIAS_KNOWN
-from terazi.cshared.zupt import Zupt
 from terazi.link.generated.messages import (
     Attitude,
     AttitudeFlag,
@@ -23,6 +22,7 @@ from terazi.link.generated.messages import (
     Mag,
     MagKind,
 )
+from terazi.replay.attitude import still_detector
 
 RATE_HZ = 500
 WHO_AM_I = 0x68
@@ -30,8 +30,7 @@ BIAS_COUNTS = (25, -14, 8)
 TURN_BEGIN_S, TURN_END_S, TURN_DEG_S = 3.0, 5.0, 45.0
 UPRIGHT = 8  # px_py
 LOST = 65535
-RATED = {"500hz": ("shoe", "are", "moving_variance", "magnitude")}  # 100 Hz has no detector
-RATED["1000hz"] = RATED["500hz"]
+RATED = ("500hz", "1000hz")  # 100 Hz has no detector
 FIELD_COUNTS = (1200, 10, -2400)
 ONE_G_COUNTS, COUNTS_PER_DEG_S = 2048, 16.384
 
@@ -55,12 +54,12 @@ class FakeImu:
     gyro: ImuCal = field(default_factory=ImuCal)
     mag: ImuCal = field(default_factory=ImuCal)
     orientation: int = UPRIGHT
-    detector: str | None = "shoe"
+    detector: str = "shoe"
     begun_us: int = 0  # when sample 0 would have been
     _noise: random.Random = field(default_factory=lambda: random.Random(11))
     _mahony: Mahony | None = None
     _rest: Rest | None = None
-    _zupt: Zupt | None = None
+    _zupt: Zupt | ZuptGru | None = None
     _field: tuple[int, int, int] | None = None
     _flags: int = 0  # AttitudeFlag since the last ATTITUDE
 
@@ -100,7 +99,7 @@ class FakeImu:
     def _begin(self) -> None:
         rate = f"{self.rate_hz}hz"
         self._mahony, self._rest = Mahony(rate), Rest(rate)
-        self._zupt = Zupt(self.detector, rate) if self.detector in RATED.get(rate, ()) else None
+        self._zupt = still_detector(self.detector if rate in RATED else "off", rate)
         self._gap(LOST)
 
     def sample(self, *, lost: int = 0) -> list:

@@ -48,6 +48,7 @@ RUN_S = 12.0
 STEP_S = 1.0
 COMMAND_S = 0.05
 READ_FUNCTION = "hx711_read"
+ZUPT_GRU = 5  # of imu.zupt
 
 # Figure -> function of the image. What one call does is said in its header.
 FUNCTIONS = {"hx711_read": READ_FUNCTION}
@@ -163,6 +164,13 @@ def fit_fast_imu(uno: Uno) -> None:
     uno.reset()
 
 
+def fit_foot(uno: Uno) -> None:
+    """At 1 kHz, with the learnt detector."""
+    fit_imu(uno)
+    _put(uno, SettingKey.IMU_ZUPT, ZUPT_GRU)
+    fit_fast_imu(uno)
+
+
 def fit_magnetometer(uno: Uno) -> None:
     """The same with a field."""
     uno.mag.fit("qmc5883l").feel(read_motion("rocking").field_ut)
@@ -184,6 +192,7 @@ SCENARIOS = {
     "attitude_500hz": Scenario(stream_frames, fit_imu),
     "attitude_1khz": Scenario(stream_frames, fit_fast_imu),
     "attitude_1khz_mag": Scenario(stream_frames, fit_magnetometer),
+    "attitude_1khz_gru": Scenario(stream_frames, fit_foot),
     "command": Scenario(command, fit_imu),
     "pass_products": Scenario(pass_products, fit_fast_imu),
     "exercise": Scenario(exercise, fit_imu),

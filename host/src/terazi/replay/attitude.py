@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The attitude chain over raw samples, in the order of the firmware's attitude.c.
 
-    gyroscope, accelerometer -> imu_cal -> imu_cal_turn -> rest -> mahony_update -> zupt
+    gyroscope, accelerometer -> imu_cal -> imu_cal_turn -> rest -> mahony_update -> zupt or zupt_gru
     magnetometer             -> imu_cal -> imu_cal_turn -> mahony_update_mag, the newest each sample
 
 Which samples a recording holds without a hole, and what of the device's answers is compared with
@@ -16,15 +16,19 @@ from itertools import pairwise
 
 import numpy as np
 
-from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest
+from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest, Zupt, ZuptGru
 from terazi.cshared.imu import AT_REST, BIAS_KNOWN
-from terazi.cshared.zupt import ZUPT_DETECTORS, Zupt
 from terazi.link.generated.messages import AttitudeFlag
+from terazi.link.generated.settings import SETTINGS, SettingKey
 from terazi.recorder.inertial import Inertial, counts_of
 from terazi.replay.attitude_runs import LOST, Run, settings_at, told_flags
 
 RATES_HZ = {1: 500, 2: 1000}  # by imu.mode
-ZUPT_NAMES = {number: name for name, number in ZUPT_DETECTORS.items()}
+ZUPT_NAMES = next(
+    {number: name for name, number in one.choices}
+    for one in SETTINGS
+    if one.key == SettingKey.IMU_ZUPT
+)
 
 
 @dataclass
@@ -42,8 +46,7 @@ class Chain:
         """values : settings by full name; ValueError where no device would take them."""
         rate = f"{RATES_HZ[values['imu.mode']]}hz"
         self._mahony, self._rest = Mahony(rate), Rest(rate)
-        detector = ZUPT_NAMES.get(values["imu.zupt"])
-        self._zupt = Zupt(detector, rate) if detector else None
+        self._zupt = still_detector(ZUPT_NAMES[values["imu.zupt"]], rate)
 
     def gap(self, lost: int) -> None:
         """So many samples are missing before the next one; LOST: the IMU had been away."""
@@ -63,6 +66,13 @@ class Chain:
         if self._zupt is not None:
             flags |= np.where(self._zupt.block(gyro, acc), int(AttitudeFlag.STILL), 0)
         return quats_q30, flags.astype(np.uint8)
+
+
+def still_detector(name: str, rate: str) -> Zupt | ZuptGru | None:
+    """What a device runs whose imu.zupt is `name`, fresh; `rate` is 500hz or 1000hz."""
+    if name == "off":
+        return None
+    return ZuptGru(1000 // int(rate.removesuffix("hz"))) if name == "gru" else Zupt(name, rate)
 
 
 def replay_run(inertial: Inertial, run: Run, values: Mapping[str, int]) -> Replayed:
