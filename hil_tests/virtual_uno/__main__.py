@@ -68,7 +68,7 @@ def _parser():
         "--motion",
         default="still",
         metavar="WHAT",
-        help="of the board: still, rocking, or FILE.npz in BROAD's format",
+        help="of the board: still, rocking, or FILE.npz, of BROAD or a walk",
     )
     parser.add_argument(
         "--temperature",

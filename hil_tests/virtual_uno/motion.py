@@ -2,6 +2,7 @@
 """How the board is turned over time, for the pseudo-terminal program: what its IMU feels."""
 
 import pathlib
+import zipfile
 
 import numpy as np
 
@@ -14,6 +15,9 @@ USUAL = {
     "acc_lsb_per_g": 2048.0,
     "mag_lsb_per_uT": 100.0,
 }
+BROAD, WALK = ("gyr", "acc", "mag"), ("imu", "ts")
+GRAVITY_M_S2 = 9.80665  # of the unit g
+EVEN = 0.5  # of a sample, by which a time may be off
 
 
 class MotionError(ValueError):
@@ -28,10 +32,12 @@ class Motion:
 
 
 def read_motion(spec):
-    """From the words ``still`` and ``rocking``, or ``FILE.npz`` in BROAD's format.
+    """From the words ``still`` and ``rocking``, or ``FILE.npz`` in one of two formats.
 
-    Such a file holds ``gyr``, ``acc`` and ``mag`` (n, 3) in counts, and may hold the scalars
+    BROAD's: ``gyr``, ``acc`` and ``mag`` (n, 3) in counts; it may hold the scalars
     ``sampling_rate``, ``gyr_lsb_per_dps``, ``acc_lsb_per_g``, ``mag_lsb_per_uT``.
+    A walk's, as ``terazi walk simulate`` writes: ``imu`` (n, 6) in m/s^2 and rad/s at the evenly
+    spaced times ``ts`` (n,) in s, of which the first is the reset; the field stays as it is.
     """
     if spec == "still":
         return _turning(0.0)
@@ -87,15 +93,37 @@ def _up_b(roll, pitch):
 
 def _from_npz(path):
     try:
-        with np.load(path) as arrays:
-            held = {name: np.asarray(arrays[name], float) for name in arrays.files}
-    except (OSError, ValueError) as error:
+        # The stream is ours to close: numpy forgets it where the archive is broken.
+        with path.open("rb") as stream, np.load(stream) as arrays:
+            names = set(arrays.files)
+            wanted = WALK if set(WALK) <= names else (*BROAD, *USUAL)
+            held = {name: np.asarray(arrays[name], float) for name in wanted if name in names}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise MotionError(f"motion {path}: {error}") from error
-    if missing := {"gyr", "acc", "mag"} - held.keys():
-        raise MotionError(f"motion {path}: it has no {', '.join(sorted(missing))}")
-    if any(held[name].ndim != 2 or held[name].shape[1] != 3 for name in ("gyr", "acc", "mag")):
+    if held.keys() == set(WALK):
+        return _of_walk(path, **held)
+    if missing := [name for name in BROAD if name not in held]:
+        raise MotionError(
+            f"motion {path}: it has no {', '.join(missing)} (BROAD), nor imu and ts (a walk)"
+        )
+    if any(held[name].ndim != 2 or held[name].shape[1] != 3 for name in BROAD):
         raise MotionError(f"motion {path}: gyr, acc and mag must have three columns")
     rate_hz, gyro, acc, mag = (float(held.get(name, usual)) for name, usual in USUAL.items())
     return Motion(
         (held["acc"] / acc, rate_hz), (held["gyr"] / gyro, rate_hz), (held["mag"] / mag, rate_hz)
+    )
+
+
+def _of_walk(path, imu, ts):
+    if imu.ndim != 2 or imu.shape[1] != 6 or ts.shape != imu.shape[:1] or len(ts) < 2:
+        raise MotionError(f"motion {path}: imu must be (n, 6) and ts (n,), n > 1")
+    if not (np.isfinite(imu).all() and np.isfinite(ts).all()):
+        raise MotionError(f"motion {path}: it holds what is no number")
+    period_s = (ts[-1] - ts[0]) / (len(ts) - 1)
+    even_s = ts[0] + period_s * np.arange(len(ts))
+    if period_s <= 0 or np.abs(ts - even_s).max() > EVEN * period_s:
+        raise MotionError(f"motion {path}: its times are not evenly spaced")
+    rate_hz = 1.0 / period_s
+    return Motion(
+        (imu[:, :3] / GRAVITY_M_S2, rate_hz), (np.degrees(imu[:, 3:]), rate_hz), tuple(FIELD_UT)
     )
