@@ -6,8 +6,13 @@
  *                       uint8_t first)
  *                       r18
  *
+ *   int16_t port_gru_score(const int16_t states[8], const int8_t weights[8], int16_t bias)
+ *   r25:r24                r25:r24                  r23:r22                  r21:r20
+ *   int16_t port_gru_octaves(uint16_t halves, uint16_t floor_q8)
+ *   r25:r24                  r25:r24          r23:r22
+ *
  * A unit's three sums grow side by side, of 24 bits, so that what is seen is read once.
- * Time: the same for all data but for a few cycles by signs.
+ * Time: units the same for all data but for a few cycles by signs; octaves 6 cycles a leading zero.
  */
 
 #define __SP_L__ 0x3d
@@ -35,13 +40,13 @@
 #define AT       r16 /* 2 bytes a unit */
 #define zero     r17
 
-.macro add_product low, mid, high
+.macro add_product low, mid, high, none=zero
         lpm     WEIGHT, Z+
         mulsu   WEIGHT, SEEN_L      /* leaves its sign in the carry */
-        sbc     \high, zero
+        sbc     \high, \none
         add     \low, r0
         adc     \mid, r1
-        adc     \high, zero
+        adc     \high, \none
         muls    WEIGHT, SEEN_H
         add     \mid, r0
         adc     \high, r1
@@ -190,3 +195,60 @@ share:
         adc     r25, zero
         ret
         .size   port_gru_units, . - port_gru_units
+
+        .section .text.port_gru_score, "ax", @progbits
+        .global port_gru_score
+        .type   port_gru_score, @function
+port_gru_score:
+        movw    r26, r24
+        movw    r30, r22
+        movw    r24, r20            /* the sum: r19, r24, r25 */
+        ldi     r19, 0
+        ldi     r22, 0
+        ldi     r23, UNITS
+1:      ld      SEEN_L, X+
+        ld      SEEN_H, X+
+        add_product r19, r24, r25, r22
+        dec     r23
+        brne    1b
+        clr     r1
+        ret
+        .size   port_gru_score, . - port_gru_score
+
+        .section .text.port_gru_octaves, "ax", @progbits
+        .global port_gru_octaves
+        .type   port_gru_octaves, @function
+port_gru_octaves:
+        sbiw    r24, 0
+        breq    4f
+        ldi     r19, 16
+1:      dec     r19
+        lsl     r24
+        rol     r25
+        brcc    1b                  /* the leading one has left: r25 is the part */
+        mov     r18, r25
+        neg     r18
+        mul     r25, r18            /* 0 where the part is */
+        ldi     r18, 88
+        mul     r1, r18
+        add     r25, r1
+        clr     r1
+        adc     r19, r1
+        sub     r25, r22
+        sbc     r19, r23
+        brcs    3f
+        mov     r24, r25
+        mov     r25, r19
+        cpi     r25, 10
+        brlo    2f
+        ldi     r25, 10
+        ldi     r24, 0
+2:      lsl     r24
+        rol     r25
+        lsl     r24
+        rol     r25
+        ret
+3:      ldi     r24, 0
+        ldi     r25, 0
+4:      ret
+        .size   port_gru_octaves, . - port_gru_octaves

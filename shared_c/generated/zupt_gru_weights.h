@@ -9,12 +9,10 @@
 
 enum {
     ZUPT_GRU_GRAVITY_HALVES = 4097, /* half counts */
-    ZUPT_GRU_ACC_FLOOR = 3136, /* log2 in Q10 of half counts */
-    ZUPT_GRU_RATE_FLOOR = 4332
+    ZUPT_GRU_ACC_FLOOR = 784, /* log2 in Q8 of half counts */
+    ZUPT_GRU_RATE_FLOOR = 1083,
+    ZUPT_GRU_OUT_BIAS = -2094 /* what is asked for is taken off */
 };
-
-/* Of the output's sum of products, less what is asked for. */
-#define ZUPT_GRU_OUT_BIAS (-536141L)
 
 /* ROM, all of them. */
 extern const port_gru_unit_t zupt_gru_units[8];

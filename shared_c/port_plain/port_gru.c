@@ -4,7 +4,7 @@
 
 #include "port_rom.h"
 
-enum { HALF = 128, VALUE_MAX = PORT_GRU_PIECES * 256 - 1 };
+enum { HALF = 128, VALUE_MAX = PORT_GRU_PIECES * 256 - 1, BULGE = 88, TEN = 10 << 8 };
 
 /* Products of one gate's weights, a column of `weights`, with the first `count` of `seen`. */
 static int32_t products(const int16_t seen[], const int8_t (*weights)[PORT_GRU_GATES], uint8_t gate,
@@ -68,4 +68,28 @@ void port_gru_units(int16_t next[], const int16_t seen[PORT_GRU_SEEN],
     for (uint8_t n = first; n < end; ++n) {
         next[n - first] = unit(seen, &units[n - first], seen[PORT_GRU_INPUTS + n]);
     }
+}
+
+int16_t port_gru_score(const int16_t states[PORT_GRU_UNITS], const int8_t weights[PORT_GRU_UNITS],
+                       int16_t bias)
+{
+    int32_t sum = (int32_t)bias * 256;
+
+    for (uint8_t n = 0U; n < PORT_GRU_UNITS; ++n) {
+        sum += (int32_t)states[n] * (int8_t)port_rom_u8((const uint8_t *)&weights[n]);
+    }
+    return (int16_t)(sum >> 8);
+}
+
+int16_t port_gru_octaves(uint16_t halves, uint16_t floor_q8)
+{
+    uint32_t number = halves;
+    int32_t  log_q8 = 16L << 8;
+
+    if (number == 0U) { return 0; }
+    for (; number < 0x10000UL; number *= 2U) { log_q8 -= 1L << 8; }
+    const uint32_t part = (number >> 8) & 0xFFU;
+    log_q8 += (int32_t)(part + ((part * (256U - part) / 256U * BULGE) >> 8)) - floor_q8;
+    if (log_q8 < 0) { return 0; }
+    return (int16_t)(4 * (log_q8 < TEN ? log_q8 : TEN));
 }

@@ -8,7 +8,6 @@
 #include "port_dot.h"
 #include "port_gru.h"
 #include "port_outline.h"
-#include "port_rom.h"
 #include "port_root.h"
 #include "zupt_gru_weights.h"
 
@@ -32,28 +31,9 @@ void zupt_gru_init(zupt_gru_t *gru, uint8_t sample_ms)
     zupt_gru_interrupt(gru);
 }
 
-/* log2 of a number of half counts, less that of the floor: 0..TEN. The logarithm between powers of
- * two is f + 0.344 f (1 - f), within 0.008. */
-static int16_t octaves(uint16_t halves, uint16_t floor_q10)
-{
-    uint16_t log_q10 = 15U << 10;
-
-    if (halves == 0U) { return 0; }
-    while ((halves & 0x8000U) == 0U) {
-        halves  = (uint16_t)(halves << 1);
-        log_q10 = (uint16_t)(log_q10 - (1U << 10));
-    }
-    const uint8_t part  = (uint8_t)(halves >> 7);
-    const uint8_t bulge = (uint8_t)((uint16_t)(part * (uint8_t)(0U - part)) >> 8); /* below 65 */
-    log_q10 = (uint16_t)(log_q10 + ((halves & 0x7FFFU) >> 5) + ((uint16_t)(bulge * 11U) >> 3));
-    if (log_q10 <= floor_q10) { return 0; }
-    log_q10 = (uint16_t)(log_q10 - floor_q10);
-    return log_q10 < TEN ? (int16_t)log_q10 : TEN;
-}
-
 /* How far a vector's length is from `from`, in half counts, as octaves. */
 static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES], uint16_t from,
-                                      uint16_t floor_q10)
+                                      uint16_t floor_q8)
 {
     bool is_beyond = false;
 
@@ -70,7 +50,7 @@ static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES
     const uint32_t square = (uint32_t)port_dot(vector, vector); /* <= 3 * 2^26 */
     const int16_t  away   = (int16_t)(port_root(4U * square) - from);
 
-    return octaves((uint16_t)(away < 0 ? -away : away), floor_q10);
+    return port_gru_octaves((uint16_t)(away < 0 ? -away : away), floor_q8);
 }
 
 /* The units that are left, and what comes of them all. */
@@ -78,15 +58,15 @@ static PORT_OUTLINE void conclude(zupt_gru_t *gru)
 {
     int16_t *const state = &gru->seen[ZUPT_GRU_INPUTS];
     int16_t        last[ZUPT_GRU_UNITS - ZUPT_GRU_FIRST];
-    int32_t        score = ZUPT_GRU_OUT_BIAS;
 
     port_gru_units(last, gru->seen, &zupt_gru_units[ZUPT_GRU_FIRST], ZUPT_GRU_FIRST);
     memcpy(state, gru->next, sizeof gru->next);
     memcpy(&state[ZUPT_GRU_FIRST], last, sizeof last);
-    for (uint8_t n = 0U; n < ZUPT_GRU_UNITS; ++n) {
-        score += port_mul_i16(state[n], (int8_t)port_rom_u8((const uint8_t *)&zupt_gru_out[n]));
+    gru->still = 0U;
+    if (gru->seen[0] < TEN && gru->seen[1] < TEN &&
+        port_gru_score(state, zupt_gru_out, ZUPT_GRU_OUT_BIAS) >= 0) {
+        gru->still = ZUPT_STILL;
     }
-    gru->still = score >= 0 && gru->seen[0] < TEN && gru->seen[1] < TEN ? ZUPT_STILL : 0U;
 }
 
 uint8_t zupt_gru_update(zupt_gru_t *gru, const int16_t gyro_b_counts[3],
@@ -100,7 +80,7 @@ uint8_t zupt_gru_update(zupt_gru_t *gru, const int16_t gyro_b_counts[3],
         gru->seen[0] = magnitude(gru, acc_b_counts, ZUPT_GRU_GRAVITY_HALVES, ZUPT_GRU_ACC_FLOOR);
         gru->seen[1] = magnitude(gru, gyro_b_counts, 0U, ZUPT_GRU_RATE_FLOOR);
         port_gru_units(gru->next, gru->seen, zupt_gru_units, 0U);
-    } else if (wait_ms + gru->sample_ms >= ZUPT_GRU_STEP_MS) { /* the call before was that one */
+    } else if ((uint8_t)(wait_ms + gru->sample_ms) >= ZUPT_GRU_STEP_MS) { /* one call later */
         conclude(gru);
     }
     return gru->still;

@@ -191,7 +191,7 @@ def test_zupt_gru_decides_as_the_network_on_whole_counts(sample_ms):
     inputs = model.zupt_gru_inputs(*(each[at] for each in physical(gyro, acc)), floats())
     error = states - design.states(floats(), inputs)[told]
     assert np.sqrt(np.mean(error**2)) < 0.005
-    score = states @ np.array(weights().out) / 51.2 + weights().out_bias / 51.2 / 8192
+    score = states @ np.array(weights().out) / 51.2 + weights().out_bias / 51.2 / 32
     apart = score - logits[told]
     assert np.sqrt(np.mean(apart**2)) < 0.025
     assert np.abs(apart).max() < 0.1
@@ -202,9 +202,9 @@ def test_zupt_gru_decides_as_the_network_on_whole_counts(sample_ms):
 
 def test_zupt_gru_octaves_are_within_the_notes_of_the_logarithm_for_every_length():
     halves = range(28378)  # floor(2 sqrt(3)) 2^13, the longest that is not beyond
-    found = np.array([exact_zupt_gru.octaves(each, 3000) for each in halves])
+    found = np.array([exact_zupt_gru.octaves(each, 750) for each in halves])
     wanted = 1024 * np.log2(np.maximum(halves, 1)) - 3000
-    assert np.abs(found - wanted.clip(0, TEN)).max() <= 13
+    assert np.abs(found - wanted.clip(0, TEN)).max() <= 20
 
 
 @given(sum_=st.integers(-(1 << 15) + 1, (1 << 15) - 1))
@@ -232,7 +232,7 @@ def test_zupt_gru_magnitudes_are_those_of_the_network(gyro, acc, sample_ms):
             continue
         halves = abs(2 * float(np.linalg.norm(vector)) - starts[n])
         slack = np.log2((halves + 1.5) / max(halves - 1.5, 2 * floor)) if halves > 1.5 else 1.0
-        assert abs(found - wanted[n]) <= max(slack, 0) + 0.011
+        assert abs(found - wanted[n]) <= max(slack, 0) + 0.02
 
 
 def test_zupt_gru_is_still_at_rest_and_not_in_motion():

@@ -43,10 +43,10 @@ class Weights:
 
     units: tuple[Unit, ...]
     out: tuple[int, ...]
-    out_bias: int  # of the sum of products, accept's logit taken off
+    out_bias: int  # in sums, accept's logit taken off
     sigmoid_q16: tuple[int, ...]
     gravity_halves: int
-    acc_floor: int  # log2 in Q10 of the floor in half counts
+    acc_floor: int  # log2 in Q8 of the floor in half counts
     rate_floor: int
 
 
@@ -167,11 +167,13 @@ def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
         )
     out, more = rounded_row(network.w_out, scale, state)
     logit = np.log(network.accept / (1 - network.accept))
-    out_bias = round(float(network.b_out + more - logit) * scale * STATE_Q13)
+    out_bias = round(float(network.b_out + more - logit) * units_per_sum)
     table = sigmoid_table(
         spec["format"]["sigmoid_step"] / units_per_sum, spec["format"]["sigmoid_pieces"]
     )
     check(units)
+    if largest_sum(out_bias, (), out) > SUM_MAX:
+        raise ValueError("the output's sum leaves 16 bits")
     acc_halves = HALVES * spec["sensor"]["acc_counts_per_g"] / STANDARD_GRAVITY_M_S2
     gyro_halves = HALVES * np.degrees(spec["sensor"]["gyro_counts_per_deg_s"])
     return Weights(
@@ -180,8 +182,8 @@ def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
         out_bias,
         table,
         round(network.gravity_m_s2 * acc_halves),
-        round(float(np.log2(network.acc_floor_m_s2 * acc_halves)) * 1024),
-        round(float(np.log2(network.rate_floor_rad_s * gyro_halves)) * 1024),
+        round(float(np.log2(network.acc_floor_m_s2 * acc_halves)) * 256),
+        round(float(np.log2(network.rate_floor_rad_s * gyro_halves)) * 256),
     )
 
 

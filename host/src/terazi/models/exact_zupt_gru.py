@@ -21,15 +21,14 @@ INPUTS, UNITS = 2, 8
 Vector = Sequence[int]
 
 
-def octaves(halves: int, floor_q10: int) -> int:
-    """log2 of half counts in Q10 above the floor's, from 0 to ten octaves."""
+def octaves(halves: int, floor_q8: int) -> int:
+    """log2 of half counts above the floor's, in steps of 1/256, from 0 to ten octaves in Q10."""
     if halves == 0:
         return 0
     whole = halves.bit_length() - 1
-    part = (halves << 15 - whole) - (1 << 15)  # of 2^15
-    eighth = part >> 7  # of 256
-    bulge = eighth * (256 - eighth) >> 8
-    return min(max((whole << 10) + (part >> 5) + (bulge * 11 >> 3) - floor_q10, 0), TEN)
+    part = 256 * (halves - (1 << whole)) >> whole
+    bulge = (part * (256 - part) >> 8) * 88 >> 8
+    return min(max(4 * ((whole << 8) + part + bulge - floor_q8), 0), TEN)
 
 
 def sigmoid(table_q16: Sequence[int], value: int) -> int:
@@ -93,13 +92,13 @@ class ZuptGru:
             self.seen[1] = self._magnitude(gyro, 0, w.rate_floor)
         return int(self.still)
 
-    def _magnitude(self, vector: Vector, start: int, floor_q10: int) -> int:
+    def _magnitude(self, vector: Vector, start: int, floor_q8: int) -> int:
         if any(value in RAILS for value in vector):
             self.rejected = min(self.rejected + 1, COUNTER_MAX)
         if not all(value in VALUES for value in vector):
             return TEN
         halves = math.isqrt(4 * sum(value * value for value in vector))
-        return octaves(abs(halves - start), floor_q10)
+        return octaves(abs(halves - start), floor_q8)
 
     def _conclude(self) -> None:
         w = self.weights
@@ -108,5 +107,5 @@ class ZuptGru:
             for n, unit in enumerate(w.units)
         ]
         self.seen[INPUTS:] = states
-        score = w.out_bias + sum(a * b for a, b in zip(w.out, states, strict=True))
+        score = 256 * w.out_bias + sum(a * b for a, b in zip(w.out, states, strict=True))
         self.still = score >= 0 and max(self.seen[:INPUTS]) < TEN
