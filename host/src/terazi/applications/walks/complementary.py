@@ -3,7 +3,8 @@
 then integration of the acceleration that gravity does not explain, with zero velocity in stances.
 
 What velocity a swing ends with is drift; it grew evenly, so a straight line is taken off. Causal:
-the velocity is only set to zero.
+each sample as this would have told it, had the record ended there. A recorded position leaves that
+by no more than `held_m`: then it stays where it is when the end of the record is cut off.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from terazi.applications.walks.detectors import Detection
-from terazi.applications.walks.navigator import GRAVITY_M_S2, Path, final_samples
+from terazi.applications.walks.navigator import GRAVITY_M_S2, HELD_M, Path, final_samples, held
 from terazi.applications.walks.record import Walk
 from terazi.cshared import Mahony, Rest
 from terazi.design import mahony as mahony_design
@@ -22,6 +23,7 @@ from terazi.design import rest as rest_design
 GYRO_COUNTS_PER_RAD_S = 16.384 * 180 / np.pi
 ACC_COUNTS_PER_M_S2 = 2048 / 9.80665
 INT16 = 32767
+REVISED_PIECE = 20  # samples after which decisions may be revised
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class ComplementarySettings:
     mode: str = "second_order"
     bias: str = "rest"
     start_still_s: float = 0.5
+    held_m: float = HELD_M
 
 
 def _counts(values: np.ndarray, per_unit: float) -> np.ndarray:
@@ -76,23 +79,72 @@ def rotated(quat_wb: np.ndarray, vectors_b: np.ndarray) -> np.ndarray:
 def complementary(
     walk: Walk, detection: Detection, settings: ComplementarySettings, *, causal: bool = False
 ) -> Path:
-    """Run it."""
-    still = detection.still
+    """Run it; decisions are revised as for `kalman`."""
+    still, at_once = detection.still, detection.at_once or detection
     quats = attitudes(walk, still, settings)
-    dt_s = walk.dt_s[:, None]
     free = rotated(quats, walk.acc_b_m_s2) - [0.0, 0.0, GRAVITY_M_S2]
-    vel = np.cumsum(free * dt_s, axis=0)
-    at = np.arange(len(walk))
-    if causal:
-        last = np.maximum.accumulate(np.where(still, at, -1))
-        vel = vel - np.where((last >= 0)[:, None], vel[last], 0.0)
-    elif still.any():
-        drift = np.column_stack([np.interp(at, at[still], column[still]) for column in vel.T])
-        vel = vel - drift
-    before = np.vstack([np.zeros((1, 3)), vel[:-1]])
-    pos = np.cumsum((vel + before) / 2 * dt_s, axis=0)
-    known = len(walk)
-    if not causal:  # a swing is known when the stance after it is
-        stands = np.flatnonzero(still[: final_samples(walk, detection.ahead_s)])
-        known = int(stands[-1]) + 1 if len(stands) else 0
+    raw = np.cumsum(free * walk.dt_s[:, None], axis=0)
+    vel = raw - _drift(raw, np.arange(len(walk)), np.flatnonzero(still))
+    pos = _travelled(vel, walk.dt_s)
+    final = final_samples(walk, detection.ahead_s)
+    if causal or np.isfinite(detection.ahead_s):
+        after = len(walk) - final
+        told_pos, told_vel = _at_once(walk.dt_s, raw, pos, still, at_once.still, after)
+        if causal:
+            return Path(told_pos, told_vel, quats, at_once.still, len(walk))
+    stands = np.flatnonzero(still[:final])
+    known = int(stands[-1]) + 1 if len(stands) else 0  # a swing is, when the stance after it is
+    if np.isfinite(detection.ahead_s):
+        pos[:known] = held(told_pos[:known], pos[:known], settings.held_m)
+        pos[known:], vel[known:] = told_pos[known:], told_vel[known:]
     return Path(pos, vel, quats, still, known)
+
+
+def _drift(raw: np.ndarray, at: np.ndarray, stands: np.ndarray) -> np.ndarray:
+    """(k, 3) of the raw velocity at samples `at`: all of it where it stands, a line in between."""
+    if len(stands) == 0:
+        return np.zeros((len(at), 3))
+    return np.column_stack([np.interp(at, stands, column[stands]) for column in raw.T])
+
+
+def _travelled(vel: np.ndarray, dt_s: np.ndarray) -> np.ndarray:
+    """(n, 3) positions; before the first sample it stood."""
+    before = np.vstack([np.zeros((1, 3)), vel[:-1]])
+    return np.cumsum((vel + before) / 2 * dt_s[:, None], axis=0)
+
+
+def _at_once(
+    dt_s: np.ndarray,
+    raw: np.ndarray,
+    pos: np.ndarray,
+    still: np.ndarray,
+    still_at_once: np.ndarray,
+    after: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) positions and velocities as each sample is known at that sample.
+
+    pos, still : in the end; what is `after` samples old is known of them.
+
+    From the last stance that is known to be one, positions are found anew at the begin of each
+    piece, from what was decided since; within a piece a stance only sets the velocity to zero.
+    """
+    count = len(raw)
+    told_pos, told_vel = np.empty((count, 3)), np.empty((count, 3))
+    last = np.maximum.accumulate(np.where(still, np.arange(count), -1))
+    for begin in range(0, count, REVISED_PIECE):
+        end, final = min(begin + REVISED_PIECE, count), max(0, begin - after)
+        stood = int(last[final - 1]) if final else -1
+        base = max(stood, 0)
+        since = final + np.flatnonzero(still_at_once[final:begin])
+        seen = np.concatenate([[stood], since]).astype(np.int64) if stood >= 0 else since
+        at = np.arange(base, end)
+        drift = _drift(raw, at, seen)
+        now = np.where(still_at_once[begin:end], np.arange(begin, end), -1)
+        now = np.maximum.accumulate(now)
+        drift[begin - base :][now >= 0] = raw[now[now >= 0]]
+        vel = raw[base:end] - drift
+        way = _travelled(vel, np.concatenate([[0.0], dt_s[base + 1 : end]]))
+        if stood >= 0:
+            way += pos[stood]
+        told_pos[begin:end], told_vel[begin:end] = way[begin - base :], vel[begin - base :]
+    return told_pos, told_vel

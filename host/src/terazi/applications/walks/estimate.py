@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import inf
 from pathlib import Path as Weights
 
 from terazi.applications.walks import detectors as of
@@ -106,20 +107,35 @@ def estimate(
     detection = detect(walk, options)
     shown = detection.at_once if options.causal else detection
     walk = check_standing(walk, shown.still)
+    path = _navigated(walk, detection, options, progress)
+    strides = find_strides(path, walk.rate_hz)
+    notes = stride_note(strides_s(walk, strides))
+    if options.eliminate_drift:
+        # It looks at the whole path anyway: at the one that nothing holds back.
+        free = _navigated(walk, detection, _freed(options), None)
+        done = eliminate(free, find_strides(free, walk.rate_hz), walk.t_s)
+        if done.applied:
+            path, strides = done.path, find_strides(done.path, walk.rate_hz)
+        words = "applied" if done.applied else "left off"
+        notes = (*notes, f"drift elimination {words}: {done.words}")
+    return Result(replace(walk, notes=(*walk.notes, *notes)), shown, path, strides)
+
+
+def _navigated(walk: Walk, detection: Detection, options: Options, progress) -> Path:
     if options.navigator == "kalman":
         settings = options.kalman or KalmanSettings()
         path = kalman(walk, detection, settings, causal=options.causal, progress=progress)
     else:
-        path = complementary(walk, shown, options.complementary, causal=options.causal)
-    path = rolled(path, options.roll_share)
-    strides = find_strides(path, walk.rate_hz)
-    notes = stride_note(strides_s(walk, strides))
-    if options.eliminate_drift:
-        done = eliminate(path, strides, walk.t_s)
-        path, strides = done.path, find_strides(done.path, walk.rate_hz)
-        words = "applied" if done.applied else "left off"
-        notes = (*notes, f"drift elimination {words}: {done.words}")
-    return Result(replace(walk, notes=(*walk.notes, *notes)), shown, path, strides)
+        path = complementary(walk, detection, options.complementary, causal=options.causal)
+    return rolled(path, options.roll_share)
+
+
+def _freed(options: Options) -> Options:
+    return replace(
+        options,
+        kalman=replace(options.kalman or KalmanSettings(), held_m=inf),
+        complementary=replace(options.complementary, held_m=inf),
+    )
 
 
 def strides_s(walk: Walk, strides: Strides):

@@ -21,6 +21,7 @@ from terazi.applications.walks.windows import moving_variance, odd_length
 from terazi.cshared import Ins
 
 GRAVITY_M_S2 = 9.81
+HELD_M = 0.0095  # what the future may change of a position: of strides 1 % longer, too, within 1 cm
 UNKNOWN_TILT_RAD, UNKNOWN_M_S = 0.5, 1.0  # 1 sigma, of a record that begins in motion
 
 
@@ -51,7 +52,7 @@ class KalmanSettings:
     gravity_sigma_m_s2: float = 0.0
     align_s: float = 0.35  # over which the first acceleration is averaged
     smooth_s: float = 0.25  # of the future, at least; 0: a filter
-    held_m: float = 0.0095  # what the future may change of a position; np.inf: anything
+    held_m: float = HELD_M
 
 
 CAUSAL = KalmanSettings(
@@ -130,7 +131,8 @@ def kalman(
     at_once = detection.at_once
     told = None
     if at_once is not None and (causal or np.isfinite(detection.ahead_s)):
-        told = _ins(walk, detection, settings).run_at_once(
+        begins = detection if np.isfinite(detection.ahead_s) else at_once
+        told = _ins(walk, begins, settings).run_at_once(
             *columns,
             _sigmas(walk, at_once, settings, causal=True),
             _sigmas(walk, detection, settings, causal=False),
