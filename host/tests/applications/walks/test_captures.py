@@ -273,8 +273,19 @@ def test_the_table_of_imu_samples_is_read_uncalibrated_and_says_so(tmp_path):
     assert "the capture beside it" in walk.notes[0]
 
 
-def test_in_a_folder_tables_beside_a_capture_are_no_walks(tmp_path):
-    path = capture(tmp_path, count=1100)
+@pytest.mark.parametrize("name", ["foot.terazi", "monday"])
+def test_in_a_folder_captures_are_walks_but_tables_beside_them_are_not(tmp_path, name):
+    path = capture(tmp_path, count=1100, name=name)
     write_tables(path)
     (tmp_path / "other.csv").write_text("words")
-    assert find_walks(tmp_path) == [path, tmp_path / "other.csv"]
+    (tmp_path / "words.txt").write_text("words")
+    (tmp_path / "folder.npz").mkdir()
+    assert find_walks(tmp_path) == sorted([path, tmp_path / "other.csv"])
+
+
+def test_files_of_one_name_are_refused_for_results_bear_it(tmp_path):
+    (tmp_path / "a.csv").write_text("words")
+    (tmp_path / "a.npz").write_text("words")
+    with pytest.raises(CannotRead, match=r"a\.csv and a\.npz would bear one name"):
+        find_walks(tmp_path)
+    assert find_walks(tmp_path, "a.npz") == [tmp_path / "a.npz"]

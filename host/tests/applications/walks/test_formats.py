@@ -192,7 +192,7 @@ def test_a_wrong_csv_is_refused_with_what_is_wrong(tmp_path, content, words):
 
 
 def test_folders_are_searched_for_both_formats_and_never_give_none(tmp_path):
-    with pytest.raises(CannotRead, match="holds no file"):
+    with pytest.raises(CannotRead, match="holds no capture and no file"):
         find_walks(tmp_path)
     wanted = [npz(tmp_path, "b.npz"), x_io(tmp_path)]
     (tmp_path / "LICENSE.md").write_text("words")

@@ -21,8 +21,7 @@ from terazi.applications.walks.record import Truth, Walk
 from terazi.errors import CannotRead, CannotWrite
 from terazi.recorder.tables import table_paths
 
-CAPTURE = ".terazi"
-SUFFIXES = (".npz", ".csv", CAPTURE)
+SUFFIXES = (".npz", ".csv")
 JUMP_M = 0.05  # of one sample: no foot does that
 MASK_S = 0.25  # around a jump the truth does not count
 LEFT_HANDED = np.array([1.0, -1.0, 1.0])
@@ -34,15 +33,31 @@ def find_walks(folder: Path, begins: str = "") -> list[Path]:
         return [folder]
     if not folder.is_dir():
         raise CannotRead(f"{folder}: no such file or folder")
-    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+    files = [path for path in folder.iterdir() if path.is_file()]
+    captured = [path for path in files if captures.is_capture(path)]
     # What lies beside a capture was made of it.
-    captured = [table_paths(path).values() for path in found if path.suffix == CAPTURE]
-    made = {table for tables in captured for table in tables}
-    paths = sorted(path for path in found if path.name.startswith(begins) and path not in made)
+    made = {table for path in captured for table in table_paths(path).values()}
+    found = captured + [path for path in files if path.suffix.lower() in SUFFIXES]
+    paths = sorted({path for path in found if path.name.startswith(begins) and path not in made})
     if not paths:
         which = f" and begins with {begins}" if begins else ""
-        raise CannotRead(f"{folder}: holds no file that ends in {' or '.join(SUFFIXES)}{which}")
+        raise CannotRead(
+            f"{folder}: holds no capture and no file that ends in {' or '.join(SUFFIXES)}{which}"
+        )
+    _refuse_twins(paths)
     return paths
+
+
+def _refuse_twins(paths: list[Path]) -> None:
+    """Results are told by the files' names without their ends."""
+    by_name: dict[str, Path] = {}
+    for path in paths:
+        other = by_name.setdefault(path.stem, path)
+        if other is not path:
+            raise CannotRead(
+                f"{path.parent}: {other.name} and {path.name} would bear one name in the result",
+                remedy=f"Rename one, or choose: --only {path.name}",
+            )
 
 
 def load_walk(path: Path, *, layout: Path | None = None, rate_hz: float | None = None) -> Walk:
