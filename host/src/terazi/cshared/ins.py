@@ -16,7 +16,6 @@ BLOCKS = (
 """Blocks of three states each; the last three only where there are 24 states."""
 PATH_COLUMNS, BIAS_COLUMNS = 10, 6
 PIECE = 512  # samples in one call: between them, progress is told and a smoother's tape ends
-REVISED_PIECE = 20  # samples after which what was told at once may be revised
 
 
 class Ins:
@@ -125,6 +124,7 @@ class Ins:
         revised,
         *,
         revised_after: int,
+        piece: int,
         progress: Callable[[float], None] | None = None,
     ) -> np.ndarray:
         """Take n samples; gives the (n, 10) path as each sample is known at that sample.
@@ -133,7 +133,7 @@ class Ins:
             sample, and those that are known `revised_after` samples later.
 
         A sigma of velocity that comes or goes by being revised is a reason to go back and run again
-        from there, at the end of the next REVISED_PIECE samples; a sigma that only changes can wait
+        from there, at the end of the next `piece` of samples; a sigma that only changes can wait
         until `revised_after` samples have gathered. What was told before then stays told: row i
         depends on samples 0 .. i alone. The state is afterwards that of the revised sigmas, where
         they are known.
@@ -147,10 +147,10 @@ class Ins:
         flips = _so_far((first[3] > 0) != (final[3] > 0))
         changes = _so_far(np.any(np.array(first[3:]) != np.array(final[3:]), axis=0))
         path = np.empty((count, PATH_COLUMNS))
-        again = np.empty((revised_after + REVISED_PIECE, PATH_COLUMNS))
+        again = np.empty((revised_after + piece, PATH_COLUMNS))
         ahead, known = ffi.new("ins_t *", self._c[0]), 0
-        for begin in range(0, count, REVISED_PIECE):
-            end, final_end = min(begin + REVISED_PIECE, count), max(0, begin - revised_after)
+        for begin in range(0, count, piece):
+            end, final_end = min(begin + piece, count), max(0, begin - revised_after)
             waited = final_end - known >= revised_after and changes[final_end] > changes[known]
             if waited or flips[final_end] > flips[known]:
                 self._step(

@@ -162,7 +162,8 @@ def test_what_is_told_at_once_is_the_filter_s_where_nothing_is_revised():
         )
 
     plain, _ = ins().run(*columns, vel, none, none)
-    told = ins().run_at_once(*columns, (vel, none, none), (vel, none, none), revised_after=60)
+    same = (vel, none, none)
+    told = ins().run_at_once(*columns, same, same, revised_after=60, piece=20)
     assert np.array_equal(told, plain)
 
 

@@ -14,7 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from terazi.applications.walks.detectors import Detection
-from terazi.applications.walks.navigator import GRAVITY_M_S2, HELD_M, Path, final_samples, held
+from terazi.applications.walks.navigator import (
+    GRAVITY_M_S2,
+    HELD_M,
+    Path,
+    final_samples,
+    held,
+    revised_piece,
+)
 from terazi.applications.walks.record import Walk
 from terazi.cshared import Mahony, Rest
 from terazi.design import mahony as mahony_design
@@ -23,7 +30,6 @@ from terazi.design import rest as rest_design
 GYRO_COUNTS_PER_RAD_S = 16.384 * 180 / np.pi
 ACC_COUNTS_PER_M_S2 = 2048 / 9.80665
 INT16 = 32767
-REVISED_PIECE = 20  # samples after which decisions may be revised
 
 
 @dataclass(frozen=True)
@@ -89,7 +95,7 @@ def complementary(
     final = final_samples(walk, detection.ahead_s)
     if causal or np.isfinite(detection.ahead_s):
         after = len(walk) - final
-        told_pos, told_vel = _at_once(walk.dt_s, raw, pos, still, at_once.still, after)
+        told_pos, told_vel = _at_once(walk, raw, pos, still, at_once.still, after)
         if causal:
             return Path(told_pos, told_vel, quats, at_once.still, len(walk))
     stands = np.flatnonzero(still[:final])
@@ -114,7 +120,7 @@ def _travelled(vel: np.ndarray, dt_s: np.ndarray) -> np.ndarray:
 
 
 def _at_once(
-    dt_s: np.ndarray,
+    walk: Walk,
     raw: np.ndarray,
     pos: np.ndarray,
     still: np.ndarray,
@@ -128,11 +134,11 @@ def _at_once(
     From the last stance that is known to be one, positions are found anew at the begin of each
     piece, from what was decided since; within a piece a stance only sets the velocity to zero.
     """
-    count = len(raw)
+    count, piece, dt_s = len(raw), revised_piece(walk), walk.dt_s
     told_pos, told_vel = np.empty((count, 3)), np.empty((count, 3))
     last = np.maximum.accumulate(np.where(still, np.arange(count), -1))
-    for begin in range(0, count, REVISED_PIECE):
-        end, final = min(begin + REVISED_PIECE, count), max(0, begin - after)
+    for begin in range(0, count, piece):
+        end, final = min(begin + piece, count), max(0, begin - after)
         stood = int(last[final - 1]) if final else -1
         base = max(stood, 0)
         since = final + np.flatnonzero(still_at_once[final:begin])

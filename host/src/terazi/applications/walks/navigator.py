@@ -22,6 +22,7 @@ from terazi.cshared import Ins
 
 GRAVITY_M_S2 = 9.81
 HELD_M = 0.0095  # what the future may change of a position: of strides 1 % longer, too, within 1 cm
+REVISED_EVERY_S = 0.1  # a decision that turns out otherwise waits no longer
 UNKNOWN_TILT_RAD, UNKNOWN_M_S = 0.5, 1.0  # 1 sigma, of a record that begins in motion
 
 
@@ -137,6 +138,7 @@ def kalman(
             _sigmas(walk, at_once, settings, causal=True),
             _sigmas(walk, detection, settings, causal=False),
             revised_after=len(walk) - _revised(walk, detection, settings),
+            piece=revised_piece(walk),
             progress=_share(progress, 0.0, 1.0 if causal else 0.5),
         )
     if causal and told is not None:
@@ -163,6 +165,11 @@ def held(told_m: np.ndarray, known_m: np.ndarray, most_m: float) -> np.ndarray:
     size = np.linalg.norm(change, axis=1, keepdims=True)
     share = np.minimum(most_m / np.maximum(size, 1e-9), 1.0)
     return np.where(share < 1, told_m + share * change, known_m)
+
+
+def revised_piece(walk: Walk) -> int:
+    """Samples after which decisions are revised."""
+    return max(1, round(REVISED_EVERY_S * walk.rate_hz))
 
 
 def _path(rows: np.ndarray, still: np.ndarray, settled: int) -> Path:
