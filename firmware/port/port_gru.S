@@ -73,7 +73,7 @@ port_gru_units:
         mov     AT, r18
         lsl     AT
         clr     zero
-each_unit:
+.Leach_unit:
         movw    r30, STREAM
         movw    r26, SEEN
         ldi     r18, 0x80
@@ -123,14 +123,16 @@ each_unit:
         cpi     AT, 2 * SPLIT
         breq    1f
         cpi     AT, 2 * UNITS
-        brne    each_unit
+        brne    .Leach_unit
 1:      in      r28, __SP_L__
         in      r29, __SP_H__
         clr     r1                  /* what the routine expects, and C */
         ldi     r30, 16
         jmp     __epilogue_restores__ + 2 * (18 - 16)
+        .size   port_gru_units, . - port_gru_units
 
 /* All three sums += weights at Z . what is seen at X, LEFT of it. */
+        .type   add_products, @function
 add_products:
         ld      SEEN_L, X+
         ld      SEEN_H, X+
@@ -142,6 +144,7 @@ add_products:
         ret
 
 /* r21:r20 = sigmoid at r25:r24, Q16 */
+        .type   sigmoid, @function
 sigmoid:
         bst     r25, 7
         brtc    1f
@@ -176,6 +179,7 @@ sigmoid:
 3:      ret
 
 /* r25:r24 = r23:r22, signed, times r21:r20 / 2^16, half up */
+        .type   share, @function
 share:
         mulsu   r23, r21
         movw    r24, r0
@@ -194,7 +198,6 @@ share:
         adc     r24, zero
         adc     r25, zero
         ret
-        .size   port_gru_units, . - port_gru_units
 
         .section .text.port_gru_score, "ax", @progbits
         .global port_gru_score

@@ -11,7 +11,7 @@
  * Steps     one every ZUPT_GRU_STEP_MS, of the newest sample there is: the call that takes it draws
  *           the magnitudes and runs the first units, the next call runs the others and decides
  * Formats   samples: counts in int16, calibrated (imu_cal), 2048 are 1 g, 16.384 are 1 deg/s
- *           x: octaves Q10, 0..10 2^10     h: Q13, below 1     weights: int8, by 51.2; ROM
+ *           x: octaves Q10, 0..10 2^10     h: Q13, +-1 at most     weights: int8, by 51.2; ROM
  * Rounding  shared_c/notes/zupt_gru.md has each, and how far from the network in floats they lead
  * Bad data  a value beyond +-ZUPT_GRU_VALUE_MAX, which is 4 g or 500 deg/s, is ten octaves, and no
  *           step with ten octaves is still; a vector on a rail is counted in `rejected` too

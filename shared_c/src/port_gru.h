@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* port_gru - gated recurrent units (zupt_gru.h) in fixed point, and a logarithm. Plain: port_plain/port_gru.c. AVR:
- * assembler.
+/* port_gru - gated recurrent units (zupt_gru.h) in fixed point, and a logarithm for their inputs.
+ * Plain: port_plain/port_gru.c. AVR: assembler.
  *
  * A sum is floor((256 bias + weights . seen + 128) / 256), in int16: whoever makes the weights sees
  * to that, and to |sum_n| + |sum_u| < 2^15, where both inputs are 10240 at most and states 2^13.

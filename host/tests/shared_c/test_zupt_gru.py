@@ -352,6 +352,26 @@ def test_zupt_gru_rows_rounded_as_a_whole_err_less_than_weight_by_weight():
     assert np.abs(design.rounded_row([9.0] * 8, 51.2, seen)[0]).max() == design.WEIGHT_MAX
 
 
+def test_zupt_gru_gates_err_by_a_quarter_of_what_nearest_weights_would():
+    """Over another walk than the one that they are rounded for."""
+    pieces = [*simulator.stand(2.0), *simulator.strides(15, rng=np.random.default_rng(5))]
+    inputs = networks.features(simulator.simulate(pieces, seed=5), "magnitudes", 200.0)
+    before = np.vstack([np.zeros((1, 8)), design.states(floats(), inputs.astype(float))[:-1]])
+    seen = np.hstack([inputs * 1.25, before])
+    rows = np.hstack([floats().w_ih / 1.25, floats().w_hh])
+    apart, nearest = [], []
+    for n, unit in enumerate(weights().units):
+        for gate in range(2):
+            at = gate * 8 + n
+            column = np.array([row[gate] for row in (*unit.inputs, *unit.states)])
+            bias = unit.bias[gate] / (51.2 * 32) - floats().b_ih[at] - floats().b_hh[at]
+            apart.append(seen @ (column / 51.2 - rows[at]) + bias)
+            nearest.append(seen @ (np.rint(rows[at] * 51.2) / 51.2 - rows[at]))
+    error, other = (np.sqrt(np.mean(np.square(each))) for each in (apart, nearest))
+    assert error < 0.003
+    assert error < 0.25 * other
+
+
 def test_zupt_gru_weights_that_would_overflow_are_refused():
     spec = load("zupt_gru").content
     inputs = walk_inputs(spec["walk"])[:200]
