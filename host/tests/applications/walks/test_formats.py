@@ -75,7 +75,7 @@ def test_rows_of_equal_time_are_left_out_and_gaps_bridged_with_a_word_of_it(tmp_
     walk = load_walk(csv(tmp_path, ["Time (s)", *GYRO, *ACC], columns))
     assert len(walk) == len(WALK)
     assert walk.notes[0].startswith("2 rows bear the time")
-    assert "1 steps of time are irregular" in walk.notes[1]
+    assert "1 steps of time are irregular, the longest 0.055 s at 2.5 s" in walk.notes[1]
 
 
 def test_packets_have_a_rate_and_a_magnetometer(tmp_path):
@@ -167,12 +167,73 @@ def test_wrong_units_are_told_by_name(tmp_path, scales, words):
         ({"ts": WALK.t_s[::-1]}, "run backwards"),
         ({"ts": np.round(WALK.t_s, 1)}, "does not always grow"),
         ({"gcp": [[0, 0]], "stride_index": [99999]}, "stride_index does not name"),
-        ({"imu": np.full((len(WALK), 6), np.nan)}, "no number"),
+        (
+            {"imu": np.full((len(WALK), 6), np.nan)},
+            f"no number in {len(WALK)} rows, first in row 1",
+        ),
+        ({"imu": np.zeros((0, 6)), "ts": np.zeros(0)}, "holds 0 samples"),
+        ({"imu": np.tile([0, 0, 9.81, 0, 0, 0], (len(WALK), 1))}, "every sample is the same"),
     ],
 )
 def test_a_wrong_npz_is_refused_with_what_is_wrong(tmp_path, changed, words):
     with pytest.raises(CannotRead, match=words):
         load_walk(npz(tmp_path, **changed))
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_a_damaged_npz_is_refused_wherever_the_damage_is(tmp_path, save):
+    whole = tmp_path / "whole.npz"
+    save(whole, imu=np.hstack([WALK.acc_b_m_s2, WALK.gyro_b_rad_s]), ts=WALK.t_s)
+    data, path = whole.read_bytes(), tmp_path / "x.npz"
+    load_walk(whole)
+    for at in range(0, len(data), len(data) // 20):
+        path.write_bytes(data[:at])
+        with pytest.raises(CannotRead, match=r"x\.npz"):
+            load_walk(path)
+    for at in range(200, len(data) // 2, len(data) // 20):
+        path.write_bytes(data[:at] + bytes(50) + data[at + 50 :])
+        with pytest.raises(CannotRead, match=r"x\.npz"):
+            load_walk(path)
+
+
+def test_what_else_an_npz_holds_does_not_matter(tmp_path):
+    odd = np.array([{"a": 1}], dtype=object)
+    assert len(load_walk(npz(tmp_path, note=odd, who="somebody"))) == len(WALK)
+
+
+def test_optical_truth_that_was_never_seen_is_none(tmp_path):
+    assert load_walk(npz(tmp_path, gt=np.full((len(WALK), 3), np.nan))).truth is None
+
+
+def test_a_gap_in_an_npz_is_told(tmp_path):
+    keep = np.delete(np.arange(len(WALK)), slice(600, 700))
+    imu = np.hstack([WALK.acc_b_m_s2, WALK.gyro_b_rad_s])[keep]
+    walk = load_walk(npz(tmp_path, imu=imu, ts=WALK.t_s[keep]))
+    assert walk.notes == (
+        "1 gaps, the longest 0.50 s at 3.0 s: where the foot went meanwhile is not known",
+    )
+
+
+def test_a_row_that_was_cut_off_is_left_out_with_a_word_of_it(tmp_path):
+    path = x_io(tmp_path)
+    path.write_text(path.read_text()[:-30])
+    walk = load_walk(path)
+    assert len(walk) == len(WALK) - 1
+    assert walk.notes == ("the last row is cut off: left out",)
+
+
+@pytest.mark.parametrize("between", [";", "\t"])
+def test_tables_of_other_countries_are_read(tmp_path, between):
+    path = x_io(tmp_path)
+    text = path.read_text().replace(",", between)
+    path.write_text(text.replace(".", ",") if between == ";" else text)
+    assert np.allclose(load_walk(path).acc_b_m_s2, WALK.acc_b_m_s2, atol=1e-5)
+
+
+def test_a_folder_is_for_score(tmp_path):
+    with pytest.raises(CannotRead, match="is a folder") as refused:
+        load_walk(tmp_path)
+    assert "terazi walk score" in refused.value.remedy
 
 
 @pytest.mark.parametrize(
@@ -181,6 +242,13 @@ def test_a_wrong_npz_is_refused_with_what_is_wrong(tmp_path, changed, words):
         (b"", "is empty"),
         (b"a,b\n1,2\n3,4\n", "columns are not known: a, b"),
         (b"Time (s),b\n1\n", "row 1 has 1 fields, not 2"),
+        (
+            b"Time (s),"
+            + b",".join(f'"{each}"'.encode() for each in GYRO + ACC)
+            + b"\n"
+            + b"1,2,3,x,5,6,7\n" * 3,
+            "'Gyroscope Z .deg/s.' holds no number in row 1: 'x'",
+        ),
         (b"\xff\xfe\x00", "no CSV"),
     ],
 )

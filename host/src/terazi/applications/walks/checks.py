@@ -14,6 +14,7 @@ import numpy as np
 from terazi.applications.walks.record import Walk
 from terazi.errors import CannotRead
 
+GAP_S = 0.1
 RATES_HZ = (40.0, 4000.0)
 SHORTEST_S = 2.0
 GRAVITY_M_S2 = (8.8, 10.8)  # of 9.81, with scale errors of 10 %
@@ -40,9 +41,23 @@ def check(walk: Walk) -> Walk:
     if not (np.isfinite(walk.acc_b_m_s2).all() and np.isfinite(walk.gyro_b_rad_s).all()):
         raise CannotRead(f"{walk.name}: samples hold what is no number")
     _check_rate(walk)
+    if not np.ptp(np.hstack([walk.acc_b_m_s2, walk.gyro_b_rad_s]), axis=0).any():
+        raise CannotRead(f"{walk.name}: every sample is the same: is the sensor read at all?")
     _check_acceleration(walk)
     _check_turning(walk)
-    return walk
+    return replace(walk, notes=(*walk.notes, *_gap_note(walk)))
+
+
+def _gap_note(walk: Walk) -> tuple[str, ...]:
+    steps_s = np.diff(walk.t_s)
+    gaps = np.flatnonzero(steps_s > GAP_S)
+    if not len(gaps):
+        return ()
+    longest = gaps[np.argmax(steps_s[gaps])]
+    return (
+        f"{len(gaps)} gaps, the longest {steps_s[longest]:.2f} s at {walk.t_s[longest]:.1f} s: "
+        "where the foot went meanwhile is not known",
+    )
 
 
 def sane_rate(walk: Walk) -> bool:
@@ -55,7 +70,7 @@ def _check_rate(walk: Walk) -> None:
     if not sane_rate(walk):
         raise CannotRead(
             f"{walk.name}: {usual_hz:.6g} samples a second; {RATES_HZ[0]:g} to {RATES_HZ[1]:g} do",
-            remedy="Are the times in another unit (ms, us)? A layout's [time] says which.",
+            remedy="Are the times in ms or us? An .npz gives s; a CSV's layout says which.",
         )
     if len(walk) / usual_hz < SHORTEST_S:
         raise CannotRead(f"{walk.name}: {len(walk)} samples are less than {SHORTEST_S:g} s")
@@ -72,7 +87,9 @@ def _check_acceleration(walk: Walk) -> None:
         likely = ["acceleration without gravity, which a walk cannot be made of"]
     raise CannotRead(
         f"{walk.name}: at its quietest the acceleration is {found:.3g} m/s^2, not 9.81",
-        remedy=f"It looks like {' or '.join(likely)}." if likely else "Wrong unit or scale.",
+        remedy=f"It looks like {' or '.join(likely)}."
+        if likely
+        else "Wrong unit or scale, gravity taken off, or a sensor that never stands still.",
     )
 
 

@@ -10,7 +10,6 @@ An .npz with `imu` and `ts` alone is a walk without truth.
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from terazi.errors import CannotRead, CannotWrite
 from terazi.recorder.tables import table_paths
 
 SUFFIXES = (".npz", ".csv")
+FIELDS = ("imu", "ts", "gt", "gcp", "stride_index", "best_detector")
 JUMP_M = 0.05  # of one sample: no foot does that
 MASK_S = 0.25  # around a jump the truth does not count
 LEFT_HANDED = np.array([1.0, -1.0, 1.0])
@@ -65,6 +65,8 @@ def load_walk(path: Path, *, layout: Path | None = None, rate_hz: float | None =
 
     layout : TOML of columns and units, for a CSV.  rate_hz : of a CSV without times.
     """
+    if path.is_dir():
+        raise CannotRead(f"{path}: is a folder", remedy=f"`terazi walk score {path}` takes those.")
     if path.suffix.lower() == ".npz":
         return check(_from_npz(path))
     if captures.is_capture(path):
@@ -80,7 +82,7 @@ def _from_npz(path: Path) -> Walk:
         raise CannotRead(f"{path}: {len(imu)} rows of imu, but {len(t_s)} of ts")
     truth = labels = None
     if "gt" in fields:
-        truth = _vicon_truth(_floats(path, fields, "gt", 3), t_s)
+        truth = _vicon_truth(path, _floats(path, fields, "gt", 3), t_s)
         labels = _labels(fields, len(t_s))
     elif "gcp" in fields:
         points = _floats(path, fields, "gcp", 2)
@@ -106,11 +108,18 @@ def _fields(path: Path) -> dict:
                     f"{path}: lacks {' and '.join(missing)}",
                     remedy="Wanted: imu (n, 6) in m/s^2 and rad/s, and ts (n,) in s.",
                 )
-            return {name: archive[name] for name in archive.files}
+            return {name: archive[name] for name in archive.files if _is_wanted(name)}
     except OSError as error:
         raise CannotRead(f"{path}: {error.strerror or error}") from None
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise CannotRead(f"{path}: {error}") from None
+    except CannotRead:
+        raise
+    except Exception as error:  # of zip, zlib, numpy's headers: a dozen kinds
+        raise CannotRead(f"{path}: is no .npz archive, or a damaged one: {error}") from None
+
+
+def _is_wanted(name: str) -> bool:
+    """What else an archive holds may be of any kind."""
+    return name in FIELDS or name.startswith("zv_")
 
 
 def _floats(path: Path, fields: dict, name: str, width: int) -> np.ndarray:
@@ -121,14 +130,22 @@ def _floats(path: Path, fields: dict, name: str, width: int) -> np.ndarray:
     if values.ndim != (2 if width else 1) or (width and values.shape[1] != width):
         wanted = f"(n, {width})" if width else "(n,)"
         raise CannotRead(f"{path}: {name} has the shape {values.shape}, not {wanted}")
-    if name != "gt" and not np.isfinite(values).all():
-        raise CannotRead(f"{path}: {name} holds what is no number")
+    finite = np.isfinite(values)
+    wrong = np.flatnonzero(~(finite.all(axis=1) if width else finite))
+    if name != "gt" and len(wrong):
+        raise CannotRead(
+            f"{path}: {name} holds what is no number in {len(wrong)} rows, first in row "
+            f"{wrong[0] + 1}",
+            remedy="Leave such rows out, of ts as well.",
+        )
     return values
 
 
-def _vicon_truth(pos_m: np.ndarray, t_s: np.ndarray) -> Truth:
+def _vicon_truth(path: Path, pos_m: np.ndarray, t_s: np.ndarray) -> Truth | None:
     if len(pos_m) != len(t_s):
-        raise CannotRead(f"{len(pos_m)} rows of gt, but {len(t_s)} of ts")
+        raise CannotRead(f"{path}: {len(pos_m)} rows of gt, but {len(t_s)} of ts")
+    if np.isfinite(pos_m).all(axis=1).sum() < 2:
+        return None
     counted = np.isfinite(pos_m).all(axis=1)
     jumps = np.flatnonzero(~(np.linalg.norm(np.diff(pos_m, axis=0), axis=1) <= JUMP_M))
     for at in np.unique(np.concatenate([jumps, jumps + 1])):

@@ -62,9 +62,11 @@ IMU_TABLE = {
 
 def read_csv(path: Path, *, layout: Path | None = None, rate_hz: float | None = None) -> Walk:
     """Read one file; the walk is not checked yet."""
-    headings, values = _table(path)
+    headings, values, is_cut = _table(path)
     form = _layout(layout) if layout else _known(path, headings)
     notes: list[str] = [form["note"]] if "note" in form else []
+    if is_cut:
+        notes.append("the last row is cut off: left out")
     acc = _vector(path, headings, values, form, "acceleration", ACC_UNITS)
     gyro = _vector(path, headings, values, form, "rate", RATE_UNITS)
     mag = None
@@ -89,10 +91,11 @@ def read_csv(path: Path, *, layout: Path | None = None, rate_hz: float | None = 
 
 def growing(path: Path, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times from 0 on, and which rows are kept: of equal times the first. Never backwards."""
+    if len(t_s) < 2:
+        raise CannotRead(f"{path}: holds {len(t_s)} samples")
     steps = np.diff(t_s)
-    if len(t_s) < 2 or not np.isfinite(t_s).all() or (steps < 0).any():
-        at = int(np.argmax(steps < 0)) + 1 if len(steps) else 0
-        raise CannotRead(f"{path}: times run backwards at row {at + 1}, or there are none")
+    if not (steps >= 0).all():
+        raise CannotRead(f"{path}: times run backwards at row {int(np.argmin(steps >= 0)) + 2}")
     kept = np.concatenate([[True], steps > 0])
     return t_s[kept] - t_s[0], kept
 
@@ -108,9 +111,13 @@ def regular(walk: Walk) -> Walk:
         return np.column_stack([np.interp(t_s, walk.t_s, column) for column in values.T])
 
     notes = walk.notes
-    odd = int(np.sum(np.abs(np.diff(walk.t_s) - usual_s) > IRREGULAR * usual_s))
+    steps_s = np.diff(walk.t_s)
+    odd = int(np.sum(np.abs(steps_s - usual_s) > IRREGULAR * usual_s))
     if odd:
-        notes = (*notes, f"{odd} steps of time are irregular: resampled at {1 / usual_s:.1f} Hz")
+        longest = int(np.argmax(steps_s))
+        words = f"{odd} steps of time are irregular, the longest {steps_s[longest]:.3g} s at "
+        words += f"{walk.t_s[longest]:.1f} s: resampled at {1 / usual_s:.1f} Hz"
+        notes = (*notes, words)
     return Walk(
         walk.name,
         t_s,
@@ -121,22 +128,31 @@ def regular(walk: Walk) -> Walk:
     )
 
 
-def _table(path: Path) -> tuple[list[str], np.ndarray]:
+def _table(path: Path) -> tuple[list[str], np.ndarray, bool]:
+    """Headings, (n, k) texts, and whether a last row was cut off, as where a logger loses power."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = csv.reader(line for line in stream if not line.startswith("#"))
-            first = next(rows, None)
-            if first is None:
-                raise CannotRead(f"{path}: is empty")
-            headings = [each.strip() for each in first]
-            begin = []
-            if all(_is_number(each) for each in headings):
-                begin, headings = [first], [str(at) for at in range(len(first))]
-            body = [*begin, *(row for row in rows if row)]
+            lines = [line for line in stream if line.strip() and not line.startswith("#")]
     except OSError as error:
         raise CannotRead(f"{path}: {error.strerror or error}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise CannotRead(f"{path}: is no CSV in UTF-8: {error.reason}") from None
+    if not lines:
+        raise CannotRead(f"{path}: is empty")
+    between = next((each for each in "\t;" if each in lines[0]), ",")
+    if between == ";":  # where that separates, numbers may have a decimal comma
+        lines = [lines[0], *(line.replace(",", ".") for line in lines[1:])]
+    try:
+        rows = csv.reader(lines, delimiter=between)
+        headings = [each.strip() for each in next(rows)]
+        body = list(rows)
+    except csv.Error as error:
         raise CannotRead(f"{path}: is no CSV: {error}") from None
+    if all(_is_number(each) for each in headings):
+        body, headings = [headings, *body], [str(at) for at in range(len(headings))]
+    is_cut = len(body) > 2 and len(body[-1]) < len(headings)
+    if is_cut:
+        body.pop()
     wrong = next((at for at, row in enumerate(body) if len(row) != len(headings)), None)
     if wrong is not None:
         raise CannotRead(
@@ -144,7 +160,7 @@ def _table(path: Path) -> tuple[list[str], np.ndarray]:
         )
     if len(body) < 2:
         raise CannotRead(f"{path}: holds fewer than two rows")
-    return headings, np.array(body)
+    return headings, np.array(body), is_cut
 
 
 def _is_number(text: str) -> bool:
@@ -212,9 +228,12 @@ def _column(path, headings: list[str], values: np.ndarray, heading) -> np.ndarra
     texts = values[:, headings.index(heading)]
     try:
         column = sign * texts.astype(np.float64)
-    except ValueError as error:
-        raise CannotRead(f"{path}: column {heading!r}: {error}") from None
+    except ValueError:
+        column = np.array([float(each) if _is_number(each) else np.nan for each in texts])
     if not np.isfinite(column).all():
         row = int(np.argmax(~np.isfinite(column)))
-        raise CannotRead(f"{path}: column {heading!r} holds what is no number in row {row + 1}")
+        raise CannotRead(
+            f"{path}: column {heading!r} holds no number in row {row + 1}: {str(texts[row])!r}",
+            remedy="Leave such rows out: a gap in the times is bridged.",
+        )
     return column
