@@ -6,72 +6,50 @@ from __future__ import annotations
 import hashlib
 import json
 import textwrap
-from collections.abc import Mapping
 from functools import cache
-from importlib import metadata
 
-from terazi.applications.walks import networks, simulator
+import numpy as np
+
 from terazi.design import zupt_gru as design
-from tools.gen.spec import Spec, c_comment_head, load
+from tools.gen.spec import ROOT, Spec, c_comment_head, load
+
+# Read here and not by `terazi walk`, which stands on the C that is made here.
+NETWORK = ROOT / "host/src/terazi/applications/walks/gru8.npz"
 
 
+@cache
+def _fields() -> dict[str, np.ndarray]:
+    with np.load(NETWORK, allow_pickle=False) as archive:
+        return dict(archive)
+
+
+@cache
 def floats() -> design.Floats:
     """The shipped network."""
-    network = networks.load_network(networks.SHIPPED)
-    if (network.kind, network.inputs, network.rate_hz) != ("gru", "magnitudes", 200.0):
-        raise ValueError("zupt_gru.h is for a gru of magnitudes at 200 Hz")
-    ((w_ih, w_hh, b_ih, b_hh),) = (
-        [each.astype(float) for each in layer] for layer in network.layers
-    )
-    return design.Floats(
-        w_ih,
-        w_hh,
-        b_ih,
-        b_hh,
-        network.w_out[0].astype(float),
-        float(network.b_out[0]),
-        network.accept,
-        networks.GRAVITY_M_S2,
-        networks.ACC_FLOOR_M_S2,
-        networks.RATE_FLOOR_RAD_S,
-    )
-
-
-def walk_inputs(pieces: Mapping) -> networks.np.ndarray:
-    """(n, 2) of the walk that the rows are rounded for."""
-    walk = simulator.simulate(
-        [
-            *simulator.stand(pieces["stand_s"]),
-            *simulator.strides(pieces["strides"]),
-            *simulator.staircase(pieces["stairs"]),
-            *simulator.strides(pieces["running"], simulator.RUNNING),
-        ],
-        seed=pieces["seed"],
-    )
-    return networks.features(walk, "magnitudes", 200.0).astype(float)
+    return design.floats(_fields(), load("zupt_gru").content)
 
 
 @cache
 def weights() -> design.Weights:
     """By the spec, of the shipped network."""
-    content = load("zupt_gru").content
-    return design.quantise(floats(), walk_inputs(content["walk"]), content)
+    return design.quantise(floats(), load("zupt_gru").content)
 
 
 def _provenance() -> list[str]:
-    """Comment: of which network, how that was trained, and made by which versions."""
-    network = networks.load_network(networks.SHIPPED)
-    told = json.loads(network.provenance)
-    digest = hashlib.sha256(networks.SHIPPED.read_bytes()).hexdigest()
-    made = f"by numpy {metadata.version('numpy')}"
-    lines = [f"/* Of {networks.SHIPPED.name}, sha256 {digest[:16]}, {made}."]
+    """Comment: of which network, and how that was trained."""
+    told = json.loads(_fields()["provenance"].item())
+    digest = hashlib.sha256(NETWORK.read_bytes()).hexdigest()
     settings = ", ".join(f"{key} {value}" for key, value in told["training"].items())
     text = (
         f"Trained by torch {told['torch']}, numpy {told['numpy']}: {settings}. "
         f"Data: sha256 {told['sha256']}, walks {', '.join(told['walks'])}. */"
     )
-    return lines + textwrap.wrap(text, 97, initial_indent=" * ", subsequent_indent=" * ",
-                                 break_on_hyphens=False)  # fmt: skip
+    return [
+        f"/* Of {NETWORK.name}, sha256 {digest}.",
+        *textwrap.wrap(
+            text, 97, initial_indent=" * ", subsequent_indent=" * ", break_on_hyphens=False
+        ),
+    ]
 
 
 def header(spec: Spec) -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """How often the chip's learnt detector decides as the network in floats does.
 
-    ./dev run python -m tools.tune.zupt_gru [--json] [FOLDER ...]
+    ./dev run python -m tools.tune.zupt_gru [--json] [--seen] [FOLDER ...]
 
 Recorded walks become whole counts of an MPU-6050 and run through the chip's code:
 
@@ -12,6 +12,8 @@ Recorded walks become whole counts of an MPU-6050 and run through the chip's cod
 
 `path` is the 2-D error in m of the causal navigator of `terazi walk` where it knows nothing but
 these decisions, the chip's and the network's.
+--seen: nothing of that, but the table [seen] of zupt_gru.toml, for which rows of weights are
+rounded: what the network sees where the simulator walks.
 FOLDER: walks; without it, all below walks in TERAZI_DATA.
 """
 
@@ -27,11 +29,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from terazi.applications.walks import networks
+from terazi.applications.walks import networks, simulator
 from terazi.applications.walks.formats import find_walks, load_walk
 from terazi.applications.walks.record import Walk
 from terazi.cshared import ZuptGru
 from terazi.design import zupt as design
+from terazi.design import zupt_gru
 from terazi.models import zupt_gru as model
 from tools.gen.zupt_gru_weights import floats
 from tools.tune.zupt import Trial, known
@@ -40,6 +43,28 @@ FOLDERS = ("vicon", "footprints", "xio_2011", "xio_gait")
 NETWORK_HZ = 200.0
 TIMES = 5  # samples of 1 ms a step
 SAMPLE_MS = 2  # of tools.tune.zupt
+
+
+def seen() -> tuple[np.ndarray, np.ndarray]:
+    """Mean and covariance (terazi.design.zupt_gru) of a walk with stairs, running at last."""
+    pieces = [
+        *simulator.stand(2.0),
+        *simulator.strides(12),
+        *simulator.staircase(6),
+        *simulator.strides(6, simulator.RUNNING),
+    ]
+    inputs = networks.features(simulator.simulate(pieces, seed=1), "magnitudes", NETWORK_HZ)
+    return zupt_gru.moments(floats(), inputs.astype(float))
+
+
+def seen_table() -> str:
+    """The same as it stands in the spec: of the covariance the lower half."""
+    mean, covariance = (np.round(each, 5) for each in seen())
+    rows = [row[: n + 1] for n, row in enumerate(covariance)]
+    return "\n".join(
+        ["[seen]", f"mean = {mean.tolist()}", "covariance = [",
+         *(f"    {row.tolist()}," for row in rows), "]"]
+    )  # fmt: skip
 
 
 def newest(walk: Walk) -> np.ndarray:
@@ -140,8 +165,12 @@ def main() -> int:
     """Command line, see above."""
     parser = argparse.ArgumentParser(prog="tune.zupt_gru", description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true", help="one JSON object, nothing else")
+    parser.add_argument("--seen", action="store_true", help="a table for zupt_gru.toml")
     parser.add_argument("folder", nargs="*", type=Path)
     options = parser.parse_args()
+    if options.seen:
+        print(seen_table())
+        return 0
     data = os.environ.get("TERAZI_DATA")
     if not options.folder and not data:
         print("tune: name a folder of walks, or set TERAZI_DATA", file=sys.stderr)

@@ -21,9 +21,11 @@ from terazi.design.zupt import STANDARD_GRAVITY_M_S2
 UNITS, INPUTS = 8, 2
 STATE_Q13 = 1 << 13
 OCTAVES_Q10 = 10 << 10
+TENS = OCTAVES_Q10 / STATE_Q13  # ten octaves, where a state's one is one
 SUM_SHIFT = 8
 SUM_MAX = (1 << 15) - 1
 WEIGHT_MAX = 127
+SIGMOID_STEP, SIGMOID_PIECES = 512, 32  # in sums, which a gate halves; PORT_GRU_PIECES
 HALVES = 2  # a magnitude's unit is half a count
 
 
@@ -86,15 +88,23 @@ def states(network: Floats, inputs: np.ndarray) -> np.ndarray:
     return found
 
 
-def rounded_row(row, scale: float, seen: np.ndarray) -> tuple[np.ndarray, float]:
+def moments(network: Floats, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(10,) mean and (10, 10) covariance of what the rows are multiplied with, where these (n, 2)
+    inputs come: two inputs in a state's unit, then the states before each step."""
+    before = np.vstack([np.zeros((1, UNITS)), states(network, inputs)[:-1]])
+    seen = np.hstack([inputs * TENS, before])
+    return seen.mean(axis=0), np.cov(seen.T)
+
+
+def rounded_row(row, scale: float, mean, covariance) -> tuple[np.ndarray, float]:
     """Integers for scale * row, and what to add to the bias, in the row's own unit.
 
-    seen : (n, len(row)), what the row is multiplied with.
+    mean, covariance : (m,), (m, m) of what the row is multiplied with.
     """
     wanted = np.asarray(row, dtype=float) * scale
     width = len(wanted)
     # Where columns hardly differ, any split between them would do: the nearest is preferred.
-    spread = np.round(np.atleast_2d(np.cov(seen.T)), 6) + 1e-6 * np.eye(width)
+    spread = np.asarray(covariance) + 1e-6 * np.eye(width)
     moves = np.array(
         [
             np.bincount(at, signs, width)
@@ -118,7 +128,7 @@ def rounded_row(row, scale: float, seen: np.ndarray) -> tuple[np.ndarray, float]
         costs = cost(best + moves)
         at = int(costs.argmin())
         if not costs[at] < least - 1e-9:
-            return best.astype(int), float((wanted - best) @ np.round(seen.mean(axis=0), 6)) / scale
+            return best.astype(int), float((wanted - best) @ np.asarray(mean)) / scale
         best, least = best + moves[at], costs[at]
 
 
@@ -133,28 +143,45 @@ def sigmoid_table(step: float, pieces: int) -> tuple[int, ...]:
     return tuple(int(point) for point in np.minimum(np.rint(np.array(points) * 65536), 65535))
 
 
-def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
-    """Everything, for a network that sees (n, 2) inputs like these.
+def floats(fields: Mapping, spec: Mapping) -> Floats:
+    """The network from the arrays of an .npz as terazi.applications.walks.networks writes it."""
+    told = tuple(fields[name].item() for name in ("kind", "inputs", "layers", "rate_hz"))
+    if told != ("gru", "magnitudes", 1, 200.0):
+        raise ValueError(
+            f"zupt_gru.h is for one layer of a gru of magnitudes at 200 Hz, not {told}"
+        )
+    layer = (fields[f"{name}_0"].astype(float) for name in ("w_ih", "w_hh", "b_ih", "b_hh"))
+    w_out, b_out = (fields[name].astype(float) for name in ("w_out", "b_out"))
+    return Floats(*layer, w_out[0], float(b_out[0]), fields["accept"].item(), **spec["inputs"])
+
+
+def quantise(network: Floats, spec: Mapping) -> Weights:
+    """Everything; `spec` is zupt_gru.toml.
 
     Raises ValueError where a sum might leave what port_gru.h allows.
     """
     scale = spec["format"]["weights_per_unit"]
     units_per_sum = scale * STATE_Q13 / (1 << SUM_SHIFT)  # sums of one
-    state = states(network, inputs)
-    before = np.vstack([np.zeros((1, UNITS)), state[:-1]])
-    tens = OCTAVES_Q10 / STATE_Q13  # ten octaves, where a state's one is one
-    seen = np.hstack([inputs * tens, before])
-    rows = np.hstack([network.w_ih / tens, network.w_hh])
+    mean, lower = np.array(spec["seen"]["mean"]), spec["seen"]["covariance"]
+    spread = np.zeros((INPUTS + UNITS, INPUTS + UNITS))
+    for n, row in enumerate(lower):
+        spread[n, : n + 1] = spread[: n + 1, n] = row
+
+    def rounded(row, of: slice):
+        return rounded_row(row, scale, mean[of], spread[of, of])
+
+    of_all, of_inputs, of_states = slice(None), slice(INPUTS), slice(INPUTS, None)
+    rows = np.hstack([network.w_ih / TENS, network.w_hh])
     units = []
     for n in range(UNITS):
         parts = []
         for gate in range(2):
             at = gate * UNITS + n
-            weights, more = rounded_row(rows[at], scale, seen)
+            weights, more = rounded(rows[at], of_all)
             parts.append((weights, network.b_ih[at] + network.b_hh[at] + more))
         at = 2 * UNITS + n
-        given, more = rounded_row(rows[at, :INPUTS], scale, seen[:, :INPUTS])
-        back, more_u = rounded_row(rows[at, INPUTS:], scale, before)
+        given, more = rounded(rows[at, of_inputs], of_inputs)
+        back, more_u = rounded(rows[at, of_states], of_states)
         parts.append((np.concatenate([given, back]), network.b_ih[at] + more))
         columns = np.array([weights for weights, _ in parts]).T
         units.append(
@@ -165,12 +192,10 @@ def quantise(network: Floats, inputs: np.ndarray, spec: Mapping) -> Weights:
                 tuple(tuple(row) for row in columns[INPUTS:].tolist()),
             )
         )
-    out, more = rounded_row(network.w_out, scale, state)
+    out, more = rounded(network.w_out, of_states)
     logit = np.log(network.accept / (1 - network.accept))
     out_bias = round(float(network.b_out + more - logit) * units_per_sum)
-    table = sigmoid_table(
-        spec["format"]["sigmoid_step"] / units_per_sum, spec["format"]["sigmoid_pieces"]
-    )
+    table = sigmoid_table(SIGMOID_STEP / units_per_sum, SIGMOID_PIECES)
     check(units)
     if largest_sum(out_bias, (), out) > SUM_MAX:
         raise ValueError("the output's sum leaves 16 bits")
