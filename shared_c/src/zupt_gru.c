@@ -54,7 +54,7 @@ static PORT_OUTLINE int16_t magnitude(zupt_gru_t *gru, const int16_t vector[AXES
 }
 
 /* The units that are left, and what comes of them all. */
-static PORT_OUTLINE void conclude(zupt_gru_t *gru)
+static PORT_OUTLINE void finish_step(zupt_gru_t *gru)
 {
     int16_t *const state = &gru->seen[ZUPT_GRU_INPUTS];
     int16_t        last[ZUPT_GRU_UNITS - ZUPT_GRU_FIRST];
@@ -81,7 +81,7 @@ uint8_t zupt_gru_update(zupt_gru_t *gru, const int16_t gyro_b_counts[3],
         gru->seen[1] = magnitude(gru, gyro_b_counts, 0U, ZUPT_GRU_RATE_FLOOR);
         port_gru_units(gru->next, gru->seen, zupt_gru_units, 0U);
     } else if ((uint8_t)(wait_ms + gru->sample_ms) >= ZUPT_GRU_STEP_MS) { /* one call later */
-        conclude(gru);
+        finish_step(gru);
     }
     return gru->still;
 }
