@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from terazi.applications.walks.record import Walk
+from terazi.applications.walks.swings import swing_note
 from terazi.errors import CannotRead
 
 GAP_S = 0.1
@@ -129,7 +130,7 @@ def check_standing(walk: Walk, still: np.ndarray) -> Walk:
         notes.append(
             f"no standstill from {begin_s:.1f} s to {end_s:.1f} s: the path drifts there freely"
         )
-    return replace(walk, notes=tuple(notes))
+    return replace(walk, notes=(*notes, *swing_note(walk, still)))
 
 
 def stride_note(durations_s: np.ndarray) -> tuple[str, ...]:
