@@ -78,6 +78,11 @@ def test_wheel_holds_the_package_and_its_licence_and_nothing_else(wheel):
     assert any(name.endswith("licenses/LICENSE") for name in contents(wheel))
 
 
+def test_wheel_brings_the_weights_of_the_learnt_detectors(wheel):
+    walks = "terazi/applications/walks/"
+    assert {walks + "gru8.npz", walks + "lstm.npz"} <= set(contents(wheel))
+
+
 def test_wheel_brings_the_command(wheel):
     with zipfile.ZipFile(wheel) as archive:
         (entry,) = [name for name in archive.namelist() if name.endswith("entry_points.txt")]

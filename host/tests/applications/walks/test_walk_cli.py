@@ -98,6 +98,8 @@ def test_walk_warns_and_refuses_in_words(run, record, tmp_path):
     assert "no such file" in run(tmp_path / "none.npz", code=9).stderr.lower()
     refused = run(record, "--causal", "--eliminate-drift", code=2)
     assert "cannot run causally" in refused.stderr
+    refused = run(record, "--weights", "lstm", code=2)
+    assert "--detector learnt" in refused.stderr
 
 
 def test_walk_tables_names_both_documents(run):
@@ -106,6 +108,11 @@ def test_walk_tables_names_both_documents(run):
     without, with_ = found["article_simulated"]
     assert with_["Y drift m"] < 0.5 * without["Y drift m"]
     assert with_["X error %"] < 1.5
+    routes = {row["route"]: row for row in found["thesis_simulated"]}
+    assert set(routes) == {"square 10 m", "circle 5 m", "stairs"}
+    standard, lstm, gru, usual = list(routes["stairs"])[1:]
+    assert ("SHOE" in standard, lstm[:4], gru[:3], usual) == (True, "LSTM", "GRU", "default")
+    assert routes["stairs"][lstm] < 0.5 * routes["stairs"][standard]
 
 
 def test_a_simulated_walk_is_written_and_read_again(run, tmp_path):

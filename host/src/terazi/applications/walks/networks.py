@@ -2,7 +2,8 @@
 """Learnt detectors: the forward pass of a small recurrent network in plain numpy, from an .npz.
 
     gru8    one layer of 8 GRU cells on two inputs, | |a| - g | and |w|: 297 numbers
-    lstm    the thesis's: 6 layers of 80 LSTM cells on the six axes, softmax of two classes
+    lstm    the thesis's: 6 layers of 80 LSTM cells on the six axes, softmax of two classes;
+            287 522 numbers, float16
 
 Inputs `magnitudes` are in octaves, a tenth of log2 above a floor, for a stance and a swing differ
 by decades and eight bits must hold both; `axes` are m/s^2 and rad/s by the scales of `train`.
@@ -26,12 +27,17 @@ from terazi.errors import CannotRead, CannotWrite
 GRAVITY_M_S2 = 9.81
 ACC_FLOOR_M_S2, RATE_FLOOR_RAD_S, OCTAVES = 0.02, 0.01, 10.0
 AXES_SCALE = np.array([9.81] * 3 + [2.0] * 3)
-CHUNK, WARM_UP = (
-    400,
-    100,
-)  # an LSTM runs over many stretches at once, each warmed up by the one before
+# An LSTM decides as it was trained: on windows of 100 samples of which the second half counts, each
+# half a window after the one before. Run on for seconds it remembers too much and is a bit worse.
+WINDOW, ABREAST = 100, 64
+HALF = WINDOW // 2
+# As many are multiplied together as BLAS leaves to one thread (fewer than 2^18 multiplications):
+# threads that wait for each other after every sample are ten times slower on busy cores.
+TOGETHER = 16
 GATES = {"gru": 3, "lstm": 4}
-SHIPPED = Path(__file__).parent / "gru8.npz"
+NAMED = {name: Path(__file__).parent / f"{name}.npz" for name in ("gru8", "lstm")}
+SHIPPED = NAMED["gru8"]
+"""Weights that are shipped: by name, and which where none is named."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +63,12 @@ class Network:
     def probability(self, walk: Walk) -> np.ndarray:
         """(n,) of zero velocity, each sample knowing the past alone."""
         values = features(walk, self.inputs, self.rate_hz)
-        run = _gru_layer if self.kind == "gru" else _lstm_stack
         if self.kind == "gru":
             for layer in self.layers:
-                values = run(values, *layer)
+                values = _gru_layer(values, *layer)
+            score = values @ self.w_out.T + self.b_out
         else:
-            values = run(values, self.layers)
-        score = values @ self.w_out.T + self.b_out
+            score = _lstm_stack(values, self.layers, self.w_out, self.b_out)
         if score.shape[1] == 2:  # softmax of two is the sigmoid of their difference
             score = score[:, 1:] - score[:, :1]
         found = _sigmoid(score[:, 0])
@@ -132,37 +137,71 @@ def _gru_layer(values, w_ih, w_hh, b_ih, b_hh) -> np.ndarray:
     return out
 
 
-def _lstm_stack(values, layers) -> np.ndarray:
-    """(n, cells): the record in stretches side by side, each with WARM_UP samples before it."""
+def _lstm_stack(values, layers, w_out, b_out) -> np.ndarray:
+    """(n, classes): windows half of which overlap, ABREAST of them side by side, all layers a
+    sample. Before the record its first sample is held.
+
+    Every product has the same shape however long the record is, so that the sums' order and with
+    it the last bit do not depend on what comes later.
+    """
     count = len(values)
-    stretches = max(1, -(-count // CHUNK))
-    length = CHUNK + WARM_UP
-    padded = np.zeros((WARM_UP + stretches * CHUNK, values.shape[1]), np.float32)
-    padded[WARM_UP : WARM_UP + count] = values
-    padded[:WARM_UP] = values[0]
-    index = np.arange(stretches)[:, None] * CHUNK + np.arange(length)
-    batch = padded[index].transpose(1, 0, 2)  # (length, stretches, inputs)
-    for w_ih, w_hh, b_ih, b_hh in layers:
-        cells = w_hh.shape[1]
-        given = batch @ w_ih.T + (b_ih + b_hh)
-        back = np.ascontiguousarray(w_hh.T)
-        state = np.zeros((stretches, cells), np.float32)
-        memory = np.zeros((stretches, cells), np.float32)
-        out = np.empty((length, stretches, cells), np.float32)
-        for at in range(length):
-            if at == WARM_UP:  # before the record there is nothing
-                state[0] = memory[0] = 0.0
-            gates = given[at] + state @ back
-            into, forget, fresh, outward = (gates[:, k * cells : (k + 1) * cells] for k in range(4))
-            memory = _sigmoid(forget) * memory + _sigmoid(into) * np.tanh(fresh)
-            state = _sigmoid(outward) * np.tanh(memory)
-            out[at] = state
-        batch = out
-    return batch[WARM_UP:].transpose(1, 0, 2).reshape(-1, batch.shape[2])[:count]
+    blocks = max(1, -(-count // (ABREAST * HALF)))
+    padded = np.zeros((HALF + blocks * ABREAST * HALF, values.shape[1]), np.float32)
+    padded[:HALF] = values[0]
+    padded[HALF : HALF + count] = values
+    layers = [_by_gates(*layer) for layer in layers]
+    found = []
+    for block in range(blocks):
+        out = _lstm_block(padded, (block * ABREAST + np.arange(ABREAST)) * HALF, layers)
+        found.append((out @ w_out.T + b_out).transpose(1, 0, 2).reshape(-1, len(b_out)))
+    return np.concatenate(found)[:count]
+
+
+def _by_gates(w_ih, w_hh, b_ih, b_hh) -> tuple[np.ndarray, np.ndarray]:
+    """(4, inputs + cells, cells) and (4, 1, cells): of each gate one matrix of inputs and state, and
+    its bias. Three gates' are halved: sigmoid(x) = (1 + tanh(x / 2)) / 2, so one tanh serves all.
+    """
+    cells = w_hh.shape[1]
+    share = np.array([0.5, 0.5, 1.0, 0.5], np.float32)[:, None, None]
+    both = np.hstack([w_ih, w_hh]).reshape(4, cells, -1) * share
+    bias = (b_ih + b_hh).reshape(4, 1, cells) * share
+    return np.ascontiguousarray(both.transpose(0, 2, 1)), bias
+
+
+def _lstm_block(padded, begin, layers) -> np.ndarray:
+    """(HALF, ABREAST, cells) of the second halves of the windows that begin there."""
+    states = []
+    shape = (len(begin) // TOGETHER, 1, TOGETHER)
+    for both, bias in layers:
+        _, wide, cells = both.shape
+        feed = np.zeros((*shape, wide), np.float32)  # inputs, then the layer's state
+        memory = np.zeros((*shape, cells), np.float32)
+        states.append((both, bias, feed, memory, np.empty((shape[0], 4, TOGETHER, cells), "f4")))
+    out = np.empty((HALF, len(begin), cells), np.float32)
+    for at in range(WINDOW):
+        given = padded[begin + at].reshape(*shape, -1)
+        for both, bias, feed, memory, gates in states:
+            cells = memory.shape[-1]
+            feed[..., :-cells] = given
+            np.matmul(feed, both, out=gates)
+            gates += bias
+            np.tanh(gates, out=gates)
+            into, forget, fresh, outward = (gates[:, k : k + 1] for k in range(4))
+            for gate in (into, forget, outward):
+                gate += 1
+                gate *= 0.5
+            memory *= forget
+            into *= fresh
+            memory += into
+            given = np.multiply(outward, np.tanh(memory), out=feed[..., -cells:])
+        if at >= HALF:
+            out[at - HALF] = given.reshape(len(begin), -1)
+    return out
 
 
 def load_network(path: Path) -> Network:
-    """Read and check an .npz; CannotRead says what is wrong with it."""
+    """Read and check an .npz, or what is shipped by that name; CannotRead says what is wrong."""
+    path = NAMED.get(str(path), path)
     try:
         with path.open("rb") as stream:
             archive = np.load(stream, allow_pickle=False)
@@ -170,7 +209,10 @@ def load_network(path: Path) -> Network:
                 raise CannotRead(f"{path}: no .npz archive")
             fields = {name: archive[name] for name in archive.files}
     except OSError as error:
-        raise CannotRead(f"{path}: {error.strerror or error}") from None
+        raise CannotRead(
+            f"{path}: {error.strerror or error}",
+            remedy=f"Shipped are {' and '.join(NAMED)}; `terazi walk train` writes others.",
+        ) from None
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         raise CannotRead(f"{path}: {error}") from None
     try:
@@ -213,12 +255,12 @@ def _network(fields: dict) -> Network:
 
 
 def save_network(path: Path, network: Network) -> None:
-    """Write what load_network reads."""
+    """Write what load_network reads; in half the bytes where that loses nothing."""
     fields = {}
     for k, layer in enumerate(network.layers):
-        fields |= dict(
-            zip((f"w_ih_{k}", f"w_hh_{k}", f"b_ih_{k}", f"b_hh_{k}"), layer, strict=True)
-        )
+        for name, values in zip(("w_ih", "w_hh", "b_ih", "b_hh"), layer, strict=True):
+            half = values.astype(np.float16)
+            fields[f"{name}_{k}"] = half if np.array_equal(half, values) else values
     with _opened(path) as stream:
         np.savez_compressed(
             stream,

@@ -7,11 +7,11 @@ are those of a classical detector whose threshold was chosen trial by trial: the
 (`zv_*_opt`), or SHOE's with the threshold whose path lies nearest to the truth. A window's first
 half only warms the cells up. Same seed, same machine, same weights.
 
-Six layers of LSTM pass next to nothing on from PyTorch's own first weights, for each makes its
-inputs three times smaller: they learn nothing for hundreds of steps. From orthogonal recurrences,
-Xavier's input weights and forget gates that are open (bias 1; Jozefowicz, Zaremba, Sutskever 2015)
-a signal comes through at its own size, and they learn from the first step, at a rate that rises to
-its height and sinks to nothing (one cycle; Smith 2018).
+Six layers of LSTM learn next to nothing at first at a learning rate of 1e-3 that only sinks. Two
+things help: three times that rate, which rises and then sinks (one cycle; Smith 2018), and first
+weights that let a signal through (orthogonal recurrences, Xavier's for inputs, a bias of 1 for the
+forget gates; Jozefowicz, Zaremba, Sutskever 2015). Loss after 50 steps of 64 windows: 0.65 without,
+0.53 to 0.54 with either or both; the rate matters more later on.
 """
 
 from __future__ import annotations
@@ -111,7 +111,8 @@ def turned_scaled_noisy(acc, gyro, rng: np.random.Generator, noise: float):
     return found
 
 
-def _torch():
+def pytorch():
+    """The library; UsageError with what to do where there is none."""
     try:
         import torch
     except ImportError:
@@ -129,7 +130,7 @@ def train(
     progress: Callable[[float, float], None] | None = None,
 ) -> Network:
     """The trained network; progress is told the share done and the loss of the last 20 steps."""
-    torch = _torch()
+    torch = pytorch()
     for walk in walks:
         if abs(walk.rate_hz / RATE_HZ - 1) > 0.02:
             raise CannotRead(f"{walk.name}: {walk.rate_hz:.0f} samples a second, not {RATE_HZ:g}")
