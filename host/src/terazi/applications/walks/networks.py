@@ -158,7 +158,7 @@ def _lstm_stack(values, layers, w_out, b_out) -> np.ndarray:
 
 
 def _by_gates(w_ih, w_hh, b_ih, b_hh) -> tuple[np.ndarray, np.ndarray]:
-    """(4, inputs + cells, cells) and (4, 1, cells): of each gate one matrix of inputs and state, and
+    """(4, inputs + cells, cells) and (4, 1, cells): each gate's one matrix of inputs and state, and
     its bias. Three gates' are halved: sigmoid(x) = (1 + tanh(x / 2)) / 2, so one tanh serves all.
     """
     cells = w_hh.shape[1]
