@@ -107,7 +107,11 @@ def _group() -> None:
 @walk.command()
 def show(
     file: Annotated[
-        Path, typer.Argument(help="A walk: .npz, or .csv with known columns.", show_default=False)
+        Path,
+        typer.Argument(
+            help="A walk: a capture of terazi log --imu, .npz, or .csv with known columns.",
+            show_default=False,
+        ),
     ],
     detector: DetectorOption = Detector.adaptive_shoe,
     navigator: NavigatorOption = Navigator.kalman,
@@ -128,7 +132,11 @@ def show(
 ) -> None:
     """Compute the path of one walk: distance, strides, climb, closure; with -o, its plots.
 
-    [dim]Examples:[/]  terazi walk short_walk.csv -o walk.html
+    A capture of the board's own is read with its calibration; best with every sample in it:
+    terazi set imu.every=1 uart.baud=500000, then terazi log --imu -o foot.terazi
+
+    [dim]Examples:[/]  terazi walk foot.terazi -o walk.html
+    terazi walk foot.terazi --detector device
     terazi walk mine.csv --layout mine.toml --json
     """
     from terazi.applications import walks
@@ -164,7 +172,9 @@ def show(
 def score(
     folder: Annotated[
         Path,
-        typer.Argument(help="Folder of walks whose path is known, or one.", show_default=False),
+        typer.Argument(
+            help="Folder of walks, .npz, .csv and captures, or one.", show_default=False
+        ),
     ],
     only: Annotated[str, typer.Option(help="Walks whose names begin so.", show_default=False)] = "",
     detector: DetectorOption = Detector.adaptive_shoe,
@@ -231,6 +241,7 @@ def simulate(
 
     [dim]Examples:[/]  terazi walk simulate square -o square.npz
     terazi walk square.npz
+    python -m virtual_uno --imu mpu6050 --motion square.npz ... feels it, at a rate of 1000
     """
     from terazi.applications.walks import formats, simulator
 
@@ -262,7 +273,7 @@ def train(
     epochs: Annotated[int | None, typer.Option(help="Rounds.", min=1, show_default=False)] = None,
     seed: Annotated[int, typer.Option(help="Of weights, order and noise.", min=0)] = 1,
 ) -> None:
-    """Train a detector of zero velocity. Needs PyTorch, the extra [train]; nothing else does.
+    """Train a detector of zero velocity. Needs PyTorch, the extra \\[train]; nothing else does.
 
     Labels are the records' own, or chosen by the path; each window is turned at random, scaled
     and made noisy. The same seed gives the same weights on the same machine. On one idle core gru8
