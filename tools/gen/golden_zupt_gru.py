@@ -69,7 +69,7 @@ def drafts() -> list[Draft]:
         found.append(
             Draft(
                 f"zupt_gru_{name}",
-                f"zupt_gru: {shows}",
+                f"zupt_gru, a sample every {sample_ms} ms: {shows}",
                 {f"gyro_{axis}_counts": INT16 for axis in AXES}
                 | {f"acc_{axis}_counts": INT16 for axis in AXES}
                 | {"still": "1 or 0"}
