@@ -210,7 +210,8 @@ def test_a_gap_in_an_npz_is_told(tmp_path):
     imu = np.hstack([WALK.acc_b_m_s2, WALK.gyro_b_rad_s])[keep]
     walk = load_walk(npz(tmp_path, imu=imu, ts=WALK.t_s[keep]))
     assert walk.notes == (
-        "1 gaps, the longest 0.50 s at 3.0 s: where the foot went meanwhile is not known",
+        "gaps of the times: 1, the longest 0.50 s at 3.0 s: where the foot went meanwhile is not "
+        "known",
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from terazi.applications.walks import Truth, estimate, simulator
+from terazi.applications.walks import Truth, estimate, simulator, summarise
 from terazi.applications.walks.page import _truth_in_path, write_page
 
 WALK = simulator.simulate(simulator.square(5.0), seed=3)
@@ -32,3 +32,13 @@ def test_a_page_is_whole_without_network_and_escapes_names(tmp_path):
     assert "&lt;b&gt;name" in text
     assert "<b>name" not in text.replace("\\u003cb\\u003e", "")
     assert 'src="http' not in text
+
+
+def test_a_page_tells_no_time_that_nobody_took_and_no_negative_nought(tmp_path):
+    result = estimate(WALK)
+    page = tmp_path / "x.html"
+    write_page(page, result)
+    assert "computed" not in page.read_text().split("</table>")[0]
+    level = replace(summarise(result, computed_s=1.0), end_w_m=[-0.001, 0.004, -2.0])
+    assert dict(level.rows())["end"] == "x 0.00 m, y 0.00 m, z -2.00 m"
+    assert dict(level.rows())["computed"] == "in 1.00 s"

@@ -56,8 +56,8 @@ def _gap_note(walk: Walk) -> tuple[str, ...]:
         return ()
     longest = gaps[np.argmax(steps_s[gaps])]
     return (
-        f"{len(gaps)} gaps, the longest {steps_s[longest]:.2f} s at {walk.t_s[longest]:.1f} s: "
-        "where the foot went meanwhile is not known",
+        f"gaps of the times: {len(gaps)}, the longest {steps_s[longest]:.2f} s at "
+        f"{walk.t_s[longest]:.1f} s: where the foot went meanwhile is not known",
     )
 
 

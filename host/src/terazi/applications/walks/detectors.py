@@ -196,4 +196,4 @@ def device_detector(walk: Walk, *, causal: bool) -> Detection:
     late = 0 if causal else min(round(device.late_s * walk.rate_hz), len(walk) - 1)
     still = np.concatenate([device.still[late:], np.repeat(device.still[-1:], late)])
     motion = np.where(still, STANDS, MOVES)
-    return Detection(motion, np.ones(len(walk)), "stands 0.5, moves 2", late / walk.rate_hz)
+    return Detection(motion, np.ones(len(walk)), "0.5 stands, 2 moves", late / walk.rate_hz)

@@ -19,6 +19,7 @@ PATH, TRUTH, MOTION, BAR = "#3d8fe0", "#12a37a", "#e69f00", "rgba(125,133,144,0.
 INK, GRID = "#7d8590", "rgba(125,133,144,0.22)"
 POINTS_SHOWN = 8000
 BARS_SHOWN = 1500
+LEGEND_UP_PX = 18  # clear of a title in the middle
 
 STYLE = (
     "body{font-family:system-ui,sans-serif;margin:2rem auto;max-width:70rem;padding:0 1rem;"
@@ -149,7 +150,7 @@ def _style(figure, height: int) -> None:
         plot_bgcolor="rgba(0,0,0,0)",
         font={"family": "system-ui, sans-serif", "size": 13, "color": INK},
         margin={"l": 70, "r": 20, "t": 50, "b": 55},
-        legend={"orientation": "h", "x": 0, "y": 1.04},
+        legend={"orientation": "h", "x": 0, "y": 1.04 + LEGEND_UP_PX / height},
     )
     figure.update_xaxes(gridcolor=GRID, zeroline=False)
     figure.update_yaxes(gridcolor=GRID, zeroline=False)

@@ -17,7 +17,7 @@ class Summary:
 
     name: str
     duration_s: float
-    computed_s: float  # how long it took
+    computed_s: float | None  # how long it took, where somebody looked at the clock
     rate_hz: float
     detector: str
     settled_s: float
@@ -48,9 +48,10 @@ class Summary:
             ("strides", f"{self.strides} of this foot"),
             ("distance", f"{self.distance_m:.2f} m on the plan"),
             ("height", f"{self.climbed_m:.2f} m up, {self.descended_m:.2f} m down"),
-            ("end", "x {:.2f} m, y {:.2f} m, z {:.2f} m".format(*self.end_w_m)),
+            ("end", "x {} m, y {} m, z {} m".format(*map(_hundredths, self.end_w_m))),
         ]
-        rows.insert(1, ("computed", f"in {self.computed_s:.2f} s"))
+        if self.computed_s is not None:
+            rows.insert(1, ("computed", f"in {self.computed_s:.2f} s"))
         # Of a loop it is the error; what is no loop ends elsewhere.
         rows.append(("end to start", f"{self.end_distance_m:.3f} m"))
         if self.rmse_2d_m is not None:
@@ -60,7 +61,11 @@ class Summary:
         return rows
 
 
-def summarise(result: Result, *, computed_s: float = 0.0) -> Summary:
+def _hundredths(value_m: float) -> str:
+    return f"{round(value_m, 2) + 0.0:.2f}"  # + 0.0: never -0.00
+
+
+def summarise(result: Result, *, computed_s: float | None = None) -> Summary:
     """The figures of one path."""
     walk, path, strides = result.walk, result.path, result.strides
     known = path_errors(walk, path.pos_w_m)
@@ -77,7 +82,7 @@ def summarise(result: Result, *, computed_s: float = 0.0) -> Summary:
         strides=len(strides),
         distance_m=strides.length_m,
         climbed_m=float(rises[rises > 0].sum()),
-        descended_m=float(-rises[rises < 0].sum()),
+        descended_m=float(abs(rises[rises < 0].sum())),
         end_w_m=[float(each) for each in end],
         end_distance_m=float(np.linalg.norm(end)),
         rmse_2d_m=known.rmse_2d_m,
