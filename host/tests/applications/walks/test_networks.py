@@ -27,12 +27,13 @@ from terazi.applications.walks.networks import (
     SHIPPED,
     WINDOW,
     Network,
+    check_place,
     features,
     load_network,
     octaves,
     save_network,
 )
-from terazi.errors import CannotRead
+from terazi.errors import CannotRead, CannotWrite
 
 WALK = simulator.simulate([*simulator.stand(2), *simulator.strides(4)], seed=2)
 GATES = {"gru": 3, "lstm": 4}
@@ -259,6 +260,14 @@ def test_training_without_torch_is_refused_with_what_to_install(folder, tmp_path
         "Install it: pip install 'terazi[train]'",
     ]
     assert not (tmp_path / "n.npz").exists()
+
+
+def test_where_weights_cannot_be_written_is_known_before_training(tmp_path):
+    check_place(tmp_path / "n.npz")
+    assert not (tmp_path / "n.npz").exists()
+    for place in (tmp_path, tmp_path / "none" / "n.npz"):
+        with pytest.raises(CannotWrite, match=place.name):
+            check_place(place)
 
 
 @needs_torch

@@ -15,6 +15,7 @@ layer k; w_out, b_out.
 
 from __future__ import annotations
 
+import os
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -274,6 +275,12 @@ def save_network(path: Path, network: Network) -> None:
             provenance=network.provenance,
             **fields,
         )
+
+
+def check_place(path: Path) -> None:
+    """CannotWrite where save_network could not write: training lasts too long to learn it then."""
+    if path.is_dir() or not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
+        raise CannotWrite(f"{path}: cannot be written there")
 
 
 def _opened(path: Path):
