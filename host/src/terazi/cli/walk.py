@@ -288,6 +288,7 @@ def train(
     from terazi.applications.walks import networks, training
 
     training.pytorch()  # who lacks it shall know before anything is read
+    networks.check_place(output)
     asked = replace(training.KINDS[net.value], seed=seed)
     if epochs is not None:
         asked = replace(asked, epochs=epochs)
