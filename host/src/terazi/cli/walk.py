@@ -142,7 +142,8 @@ def show(
     from terazi.applications import walks
     from terazi.applications.walks import files
 
-    record = walks.load_walk(file, layout=layout, rate_hz=rate)
+    with errors.status("reading ..."):
+        record = walks.load_walk(file, layout=layout, rate_hz=rate)
     options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
     begin_s = time.perf_counter()
     with _progress() as bar:
@@ -200,7 +201,8 @@ def score(
 
     paths = walks.find_walks(folder, only)
     options = _options(detector, navigator, causal, threshold, weights, eliminate_drift)
-    records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
+    with errors.status("reading ..."):
+        records = [walks.load_walk(path, layout=layout, rate_hz=rate) for path in paths]
     with _progress() as bar:
         task = bar.add_task("walks", total=len(records))
 

@@ -2,16 +2,19 @@
 """A capture is a walk: its samples calibrated, in SI, on the device's clock; with what the device
 said of zero velocity. What spoils it is told, with what to do."""
 
+import json
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from host.tests.captures import CaptureMaker
 from host.tests.fake_imu import FakeImu
 from terazi import units
 from terazi.applications.walks import Options, estimate, find_walks, load_walk, simulator
 from terazi.applications.walks.score import path_errors
+from terazi.cli import app
 from terazi.cshared import ImuCal
 from terazi.errors import CannotRead, FingerprintMismatch, UsageError
 from terazi.link.generated.messages import Attitude, Imu
@@ -105,6 +108,12 @@ def test_a_capture_is_known_by_its_content_whatever_its_name(path, tmp_path):
     other = tmp_path / "monday.csv"
     other.write_bytes(path.read_bytes())
     assert len(load_walk(other)) == len(TRUTH)
+
+
+def test_a_layout_or_a_rate_is_refused_for_what_tells_its_own(path):
+    for asked in ({"rate_hz": 200.0}, {"layout": path}):
+        with pytest.raises(UsageError, match="for a CSV"):
+            load_walk(path, **asked)
 
 
 def test_1_khz_is_read_as_1_khz(tmp_path):
@@ -289,3 +298,21 @@ def test_files_of_one_name_are_refused_for_results_bear_it(tmp_path):
     with pytest.raises(CannotRead, match=r"a\.csv and a\.npz would bear one name"):
         find_walks(tmp_path)
     assert find_walks(tmp_path, "a.npz") == [tmp_path / "a.npz"]
+
+
+# The command line.
+
+
+def test_walk_and_score_take_captures_and_name_the_device_s_detector(path):
+    shown = CliRunner().invoke(app, ["walk", str(path), "--detector", "device"])
+    assert "by device (shoe)" in shown.stdout
+    told = CliRunner().invoke(app, ["walk", str(path), "--detector", "device", "--json"])
+    assert json.loads(told.stdout)["detector"] == "device (shoe)"
+    found = CliRunner().invoke(app, ["walk", "score", str(path.parent), "--json"])
+    scored = json.loads(found.stdout)["trials"]["foot"]
+    assert scored["rmse_2d_m"] is scored["rmse_3d_m"] is None
+    assert scored["closure_m"] == pytest.approx(6.75, rel=0.03)
+    refused = CliRunner().invoke(
+        app, ["walk", str(path), "--detector", "device", "--threshold", "1"]
+    )
+    assert refused.exit_code == 2

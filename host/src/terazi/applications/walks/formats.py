@@ -17,7 +17,7 @@ import numpy as np
 from terazi.applications.walks import captures, layouts
 from terazi.applications.walks.checks import check
 from terazi.applications.walks.record import Truth, Walk
-from terazi.errors import CannotRead, CannotWrite
+from terazi.errors import CannotRead, CannotWrite, UsageError
 from terazi.recorder.tables import table_paths
 
 SUFFIXES = (".npz", ".csv")
@@ -61,16 +61,17 @@ def _refuse_twins(paths: list[Path]) -> None:
 
 
 def load_walk(path: Path, *, layout: Path | None = None, rate_hz: float | None = None) -> Walk:
-    """Read and check one file; CannotRead says what is wrong with it.
+    """Read and check one file; CannotRead says what is wrong with it, UsageError with the wish.
 
     layout : TOML of columns and units, for a CSV.  rate_hz : of a CSV without times.
     """
     if path.is_dir():
         raise CannotRead(f"{path}: is a folder", remedy=f"`terazi walk score {path}` takes those.")
-    if path.suffix.lower() == ".npz":
-        return check(_from_npz(path))
-    if captures.is_capture(path):
-        return check(captures.read_capture(path))
+    is_capture = captures.is_capture(path)
+    if is_capture or path.suffix.lower() == ".npz":
+        if layout is not None or rate_hz is not None:
+            raise UsageError(f"{path}: a layout or a rate is for a CSV; this file tells both")
+        return check(captures.read_capture(path) if is_capture else _from_npz(path))
     return check(layouts.read_csv(path, layout=layout, rate_hz=rate_hz))
 
 
