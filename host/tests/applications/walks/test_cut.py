@@ -21,7 +21,7 @@ from terazi.applications.walks import (
 )
 from terazi.applications.walks import simulator as of
 from terazi.applications.walks.detectors import Detection
-from terazi.applications.walks.navigator import KalmanSettings, held, kalman
+from terazi.applications.walks.navigator import KalmanSettings, glided, held, kalman
 from terazi.cshared import Ins
 
 MOST_M = 0.01
@@ -121,6 +121,33 @@ def test_held_stays_where_it_may_and_stops_where_it_must():
     assert np.array_equal(held(told, known, np.inf), known)
 
 
+def test_a_leap_is_glided_and_what_velocity_explains_is_left_alone():
+    dt_s = np.full(400, 0.005)
+    vel = np.column_stack([np.sin(np.arange(400) / 40), np.ones(400), np.zeros(400)])
+    way = np.cumsum(np.vstack([np.zeros((1, 3)), (vel[1:] + vel[:-1]) / 2 * 0.005]), axis=0)
+    np.testing.assert_allclose(glided(way, vel, dt_s), way, atol=1e-12)
+    leaping = way + np.where(np.arange(400) >= 200, 1.0, 0.0)[:, None] * [0.1, 0.0, -0.2]
+    found = glided(leaping, vel, dt_s)
+    assert np.abs(np.diff(found - way, axis=0)).max() < 0.03
+    np.testing.assert_allclose(found[200 + 140 :], leaping[200 + 140 :], atol=1e-6)
+    assert np.array_equal(glided(leaping[:250], vel[:250], dt_s[:250]), found[:250])
+
+
+@pytest.mark.parametrize("navigator", NAVIGATORS)
+@pytest.mark.parametrize("causal", [False, True], ids=["recorded", "causal"])
+def test_no_path_leaps(navigator, causal):
+    """Not even where it learns better: it would look broken."""
+    names = set(WALKS)
+    if navigator == "complementary":
+        names.remove("unrested")  # an attitude that is not known yet gives wild velocities
+    for name in sorted(names):
+        walk = WALKS[name]
+        path = whole(name, Options(navigator=navigator, causal=causal))
+        speed_m_s = np.linalg.norm(np.diff(path.pos_w_m, axis=0), axis=1) * walk.rate_hz
+        true_m_s = np.linalg.norm(np.diff(walk.truth.pos_t_m, axis=0), axis=1) * walk.rate_hz
+        assert speed_m_s.max() < 1.5 * true_m_s.max()
+
+
 def decisions(still):
     return Detection(np.where(still, 0.5, 2.0), np.ones(len(still)), "")
 
@@ -144,7 +171,7 @@ def test_decisions_that_are_revised_make_the_path_of_the_better_ones():
     best = paths["known at once"].pos_w_m
     end = slice(len(walk) - 100, None)  # it stands there for long
     error_m = {name: np.abs(path.pos_w_m - best)[end].max() for name, path in paths.items()}
-    assert error_m["known later"] < 0.002 < error_m["never known"]
+    assert 10 * error_m["known later"] < error_m["never known"]
 
 
 def test_what_is_told_at_once_is_the_filter_s_where_nothing_is_revised():

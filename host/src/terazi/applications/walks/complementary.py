@@ -19,6 +19,7 @@ from terazi.applications.walks.navigator import (
     HELD_M,
     Path,
     final_samples,
+    glided,
     held,
     revised_piece,
 )
@@ -96,6 +97,7 @@ def complementary(
     if causal or np.isfinite(detection.ahead_s):
         after = len(walk) - final
         told_pos, told_vel = _at_once(walk, raw, pos, still, at_once.still, after)
+        told_pos = glided(told_pos, told_vel, walk.dt_s)
         if causal:
             return Path(told_pos, told_vel, quats, at_once.still, len(walk))
     stands = np.flatnonzero(still[:final])

@@ -23,6 +23,7 @@ from terazi.cshared import Ins
 GRAVITY_M_S2 = 9.81
 HELD_M = 0.0095  # what the future may change of a position: of strides 1 % longer, too, within 1 cm
 REVISED_EVERY_S = 0.1  # a decision that turns out otherwise waits no longer
+GLIDE_S = 0.05  # in which a path that learns better forgets where it was, to a third
 UNKNOWN_TILT_RAD, UNKNOWN_M_S = 0.5, 1.0  # 1 sigma, of a record that begins in motion
 
 
@@ -141,6 +142,7 @@ def kalman(
             piece=revised_piece(walk),
             progress=_share(progress, 0.0, 1.0 if causal else 0.5),
         )
+        told[:, :3] = glided(told[:, :3], told[:, 3:6], walk.dt_s)
     if causal and told is not None:
         return _path(told, at_once.still, len(walk))
     smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
@@ -157,6 +159,23 @@ def kalman(
         rows[:known, :3] = held(told[:known, :3], rows[:known, :3], settings.held_m)
         rows[known:] = told[known:]
     return _path(rows, detection.still, known)
+
+
+def glided(pos_m: np.ndarray, vel_m_s: np.ndarray, dt_s: np.ndarray) -> np.ndarray:
+    """(n, 3) without the leaps that its velocity does not explain: it glides to where it leapt to.
+
+    Of sample i it depends on samples 0 .. i alone.
+    """
+    leaps = np.diff(pos_m, axis=0) - (vel_m_s[1:] + vel_m_s[:-1]) / 2 * dt_s[1:, None]
+    keeps = np.exp(-dt_s[1:] / GLIDE_S).tolist()
+    behind = np.zeros_like(pos_m)
+    for axis in range(3):
+        late, column = 0.0, [0.0]
+        for leap, keep in zip(leaps[:, axis].tolist(), keeps, strict=True):
+            late = (late + leap) * keep
+            column.append(late)
+        behind[:, axis] = column
+    return pos_m - behind
 
 
 def held(told_m: np.ndarray, known_m: np.ndarray, most_m: float) -> np.ndarray:
