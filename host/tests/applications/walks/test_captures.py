@@ -43,9 +43,10 @@ class FootImu(FakeImu):
     every: int = 1
     walk: simulator.Walk = field(default_factory=lambda: TRUTH)
     errs: bool = True
+    before: int = 0  # samples that were taken before the walk's first
 
     def _measured(self):
-        at = min(self.number, len(self.walk)) - 1
+        at = min(self.number - self.before, len(self.walk)) - 1
         acc = self.walk.acc_b_m_s2[at] * COUNTS[0]
         gyro = self.walk.gyro_b_rad_s[at] * COUNTS[1]
         if self.errs:
@@ -158,6 +159,22 @@ def test_behind_a_hole_nothing_is_known_so_the_longest_stretch_is_read(tmp_path)
     assert len(walk) == len(TRUTH) - 999
     assert "1.8 s are left out" in walk.notes[0]
     assert np.allclose(walk.acc_b_m_s2[-1], TRUTH.acc_b_m_s2[-1], atol=1.5 / COUNTS[0])
+
+
+def test_numbers_of_16_bits_wrap_and_the_walk_goes_on(tmp_path):
+    imu = FootImu(errs=False, number=65_000, before=65_000)
+    walk = load_walk(capture(tmp_path, imu=imu, told={"imu_every": 1}, count=2000))
+    assert (len(walk), walk.notes) == (2000, ())
+    assert np.abs(walk.acc_b_m_s2 - TRUTH.acc_b_m_s2[:2000]).max() < 1.0 / COUNTS[0]
+
+
+def test_of_two_starts_of_the_device_the_longer_is_read(tmp_path):
+    maker = CaptureMaker(tmp_path / "twice.terazi").hello().settings(imu_every=1)
+    maker.imu(FootImu(errs=False), 1100).hello()
+    walk = load_walk(maker.imu(FootImu(errs=False), 2500).end())
+    assert len(walk) == 2500
+    assert "of 2 stretches between holes the longest is read" in walk.notes[0]
+    assert "2.2 s are left out" in walk.notes[0]
 
 
 def test_samples_that_the_device_missed_count_as_time(tmp_path):
