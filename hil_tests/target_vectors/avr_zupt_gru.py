@@ -37,6 +37,12 @@ def zupt_gru_rejected(core: AvrCore) -> int:
     return struct.unpack("<H", core.request("n"))[0]
 
 
+def zupt_gru_steps(core: AvrCore, samples: Sequence[Sequence[int]]) -> None:
+    """From a step on, at 1 kHz: all calls of a step with each sample."""
+    for sample in samples:
+        core.request("s", struct.pack("<6h", *sample))
+
+
 def samples_of(vector) -> list[tuple[int, ...]]:
     """A golden vector's samples."""
     names = [f"{sensor}_{axis}_counts" for sensor in ("gyro", "acc") for axis in "xyz"]

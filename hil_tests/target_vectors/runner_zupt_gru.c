@@ -11,12 +11,25 @@ enum {
     ASK_UPDATE    = 'u', /* n x gyro 3 i16, acc 3 i16 -> n x flag u8, seen 10 i16 */
     ASK_INTERRUPT = 'x',
     ASK_COUNTS    = 'n', /* -> rejected u16 */
+    ASK_STEP      = 's', /* gyro 3 i16, acc 3 i16, from a step on, at 1 kHz */
     VECTOR_BYTES  = 6,
     SAMPLE_BYTES  = 2 * VECTOR_BYTES,
     SAMPLES_MAX   = 8
 };
 
 static zupt_gru_t gru;
+
+typedef struct {
+    int16_t gyro[3], acc[3];
+} sample_t;
+
+/* Every call of a step, to be measured as one. */
+__attribute__((noinline)) static void zupt_gru_step(const sample_t *sample)
+{
+    for (uint8_t ms = 0; ms < ZUPT_GRU_STEP_MS; ms++) {
+        zupt_gru_update(&gru, sample->gyro, sample->acc);
+    }
+}
 
 static uint8_t update(uint8_t buffer[], uint8_t len)
 {
@@ -42,6 +55,7 @@ uint8_t runner_serve(uint8_t op, uint8_t buffer[], uint8_t len)
     case ASK_UPDATE: return update(buffer, len);
     case ASK_INTERRUPT: zupt_gru_interrupt(&gru); return 0;
     case ASK_COUNTS: memcpy(buffer, &gru.rejected, 2); return 2;
+    case ASK_STEP: zupt_gru_step((const sample_t *)buffer); return 0;
     default: return 0;
     }
 }

@@ -2,8 +2,9 @@
 /* port_gru - gated recurrent units (zupt_gru.h) in fixed point, and a logarithm for their inputs.
  * Plain: port_plain/port_gru.c. AVR: assembler.
  *
- * A sum is floor((256 bias + weights . seen + 128) / 256), in int16: whoever makes the weights sees
- * to that, and to |sum_n| + |sum_u| < 2^15, where both inputs are 10240 at most and states 2^13.
+ * A sum is the bias and floor(weight * seen / 256) of each product, in int16: whoever makes the
+ * weights sees to that, and to |sum_n| + |sum_u| < 2^15, where both inputs are 10240 at most and
+ * states 2^13.
  */
 #ifndef PORT_GRU_H
 #define PORT_GRU_H
@@ -40,13 +41,12 @@ extern const uint16_t port_gru_sigmoid_q16[PORT_GRU_PIECES + 1];
 void port_gru_units(int16_t next[], const int16_t seen[PORT_GRU_SEEN],
                     const port_gru_unit_t units[], uint8_t first);
 
-/* floor((256 bias + weights . states) / 256), in int16 by its weights as above.  weights: ROM */
+/* A sum of the states.  weights: ROM */
 int16_t port_gru_score(const int16_t states[PORT_GRU_UNITS], const int8_t weights[PORT_GRU_UNITS],
                        int16_t bias);
 
-/* log2(halves) - floor_q8 / 256 in octaves Q10, 0..10 * 2^10 and 0 for nothing, by steps of 1/256:
- * with halves = 2^k (1 + f), f rounded down to 1/256, it is k + f + floor(88 floor(256 f (1 - f)) /
- * 256) / 256, within 0.02 of the logarithm. */
-int16_t port_gru_octaves(uint16_t halves, uint16_t floor_q8);
+/* log2(number) in Q8: with number = 2^k (1 + f), f rounded down to 1/256, it is k + f + floor(88
+ * floor(256 f (1 - f)) / 256) / 256, within 0.02 of the logarithm.  number > 0 */
+int16_t port_gru_log2_q8(uint16_t number);
 
 #endif

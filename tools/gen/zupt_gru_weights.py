@@ -29,6 +29,11 @@ def floats() -> design.Floats:
     return design.floats(_fields(), load("zupt_gru").content)
 
 
+def gate() -> design.Gate:
+    """What is asked of its output, in logits."""
+    return design.gate_of(floats(), load("zupt_gru").content["gate"])
+
+
 @cache
 def weights() -> design.Weights:
     """By the spec, of the shipped network."""
@@ -65,8 +70,10 @@ def header(spec: Spec) -> str:
         "enum {",
         f"    ZUPT_GRU_GRAVITY_HALVES = {found.gravity_halves}, /* half counts */",
         f"    ZUPT_GRU_ACC_FLOOR = {found.acc_floor}, /* log2 in Q8 of half counts */",
-        f"    ZUPT_GRU_RATE_FLOOR = {found.rate_floor},",
-        f"    ZUPT_GRU_OUT_BIAS = {found.out_bias} /* what is asked for is taken off */",
+        f"    ZUPT_GRU_RATE_FLOOR = {found.rate_floor}, /* log2 in Q8 of counts^2 */",
+        f"    ZUPT_GRU_OUT_BIAS = {found.out_bias}, /* accept's is taken off */",
+        f"    ZUPT_GRU_MARGIN = {found.gate.margin}, /* sums */",
+        f"    ZUPT_GRU_LEAST = {found.gate.least}",
         "};",
         "",
         "/* ROM, all of them. */",

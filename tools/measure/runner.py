@@ -133,12 +133,8 @@ def _cases() -> dict[str, Case]:
             "temperature_correct", runner_temperature.drive, elf=RUNNER_TEMPERATURE
         ),
         "zupt": Case("zupt_update", runner_zupt.drive, elf=RUNNER_ZUPT),
-        **{
-            f"zupt_gru_{rate}": Case(
-                "zupt_gru_update", runner_zupt_gru.drive(sample_ms), elf=RUNNER_ZUPT_GRU
-            )
-            for rate, sample_ms in (("1000hz", 1), ("500hz", 2))
-        },
+        "zupt_gru": Case("zupt_gru_step", runner_zupt_gru.drive_steps, elf=RUNNER_ZUPT_GRU),
+        "zupt_gru_update": Case("zupt_gru_update", runner_zupt_gru.drive, elf=RUNNER_ZUPT_GRU),
         **cases,
     }
 

@@ -3,19 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from target_vectors import avr_zupt_gru
 from target_vectors.avr_core import AvrCore
 from terazi.models.vectors import golden
 
 
-def drive(sample_ms: int) -> Callable[[AvrCore], None]:
-    """Feet, vectors of any size and edges, as many as there are at that rate."""
+def drive(core: AvrCore) -> None:
+    """Feet, vectors of any size and edges, at both rates."""
+    for vector in golden("zupt_gru_"):
+        avr_zupt_gru.run(core, vector)
 
-    def run(core: AvrCore) -> None:
-        for vector in golden("zupt_gru_"):
-            if vector.parameter("sample_ms") == sample_ms:
-                avr_zupt_gru.run(core, vector)
 
-    return run
+def drive_steps(core: AvrCore) -> None:
+    """Whole steps, of vectors of any size and of feet."""
+    avr_zupt_gru.zupt_gru_init(core, 1)
+    for vector in golden("zupt_gru_"):
+        avr_zupt_gru.zupt_gru_steps(core, avr_zupt_gru.samples_of(vector))

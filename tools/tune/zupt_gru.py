@@ -6,7 +6,8 @@
 Recorded walks become whole counts of an MPU-6050 and run through the chip's code:
 
     agree    at the network's own 200 Hz, each sample given to the chip until the next one, against
-             `terazi walk`'s network: share of the walk's samples that are decided alike
+             `terazi walk`'s network in floats, of which is asked what the chip asks: share of the
+             walk's samples that are decided alike
     500hz    as the device samples: 500 Hz, by straight lines, against terazi.models.zupt_gru of the
              same counts: share of the steps, each decision where the chip tells it, a sample later
 
@@ -36,7 +37,7 @@ from terazi.cshared import ZuptGru
 from terazi.design import zupt as design
 from terazi.design import zupt_gru
 from terazi.models import zupt_gru as model
-from tools.gen.zupt_gru_weights import floats
+from tools.gen.zupt_gru_weights import floats, gate
 from tools.tune.zupt import Trial, known
 
 FOLDERS = ("vicon", "footprints", "xio_2011", "xio_gait")
@@ -93,8 +94,9 @@ def chip(walk: Walk) -> np.ndarray:
 
 def host(walk: Walk) -> np.ndarray:
     """(n,) bool at the walk's samples: what the network in floats decides."""
-    network = networks.load_network(networks.SHIPPED)
-    return network.probability(walk) >= network.accept
+    inputs = networks.features(walk, "magnitudes", NETWORK_HZ)
+    found = zupt_gru.scores(floats(), inputs.astype(float))
+    return networks.at_walk_rate(found >= zupt_gru.asked(found, gate()), walk, NETWORK_HZ)
 
 
 def agree_500hz(trial: Trial) -> float:
@@ -103,10 +105,12 @@ def agree_500hz(trial: Trial) -> float:
     sensor = design.spec()["sensor"]
     scales = (design.counts_per_unit(name, sensor) for name in ("are", "magnitude"))
     physical = [each / scale for each, scale in zip((gyro, acc), scales, strict=True)]
-    at, logits = model.zupt_gru(*physical, network=floats(), sample_ms=SAMPLE_MS)
+    at, scores, asked = model.zupt_gru(
+        *physical, network=floats(), gate=gate(), sample_ms=SAMPLE_MS
+    )
     flags = ZuptGru(SAMPLE_MS).block(gyro, acc)
     told = at + 1 < len(flags)
-    return float(np.mean(flags[at[told] + 1] == (logits[told] >= 0)))
+    return float(np.mean(flags[at[told] + 1] == (scores >= asked)[told]))
 
 
 def report(walk: Walk) -> dict:

@@ -45,6 +45,11 @@ class ZuptGru(CState):
         """Both inputs in octaves Q10, then eight states in Q13."""
         return list(self._c.seen)
 
+    @property
+    def best(self) -> list[int]:
+        """Best scores of the newest blocks of steps, in sums (port_gru.h)."""
+        return list(self._c.best)
+
     def interrupt(self) -> None:
         """Samples were lost: not still, and the network begins anew."""
         lib.zupt_gru_interrupt(self._c)

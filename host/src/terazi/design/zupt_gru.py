@@ -5,20 +5,23 @@ A row of weights, one gate of one unit, is rounded as a whole: what counts is no
 weight is from its own, but how far the row's sum is from its own over what the network sees. With
 C the covariance of that and d the row's error, the mean square of the sum's error about its mean is
 d' C d. From the nearest integers on, up to three weights at a time go up or down by one while that
-falls; the mean goes into the bias, which is finer.
+falls; the mean goes into the bias, which is finer, and so does the half that each product loses in
+the mean by being rounded down.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from terazi.design.zupt import STANDARD_GRAVITY_M_S2
 
 UNITS, INPUTS = 8, 2
+SEEN = INPUTS + UNITS
+BLOCK_STEPS, BLOCKS = 64, 3
 STATE_Q13 = 1 << 13
 OCTAVES_Q10 = 10 << 10
 TENS = OCTAVES_Q10 / STATE_Q13  # ten octaves, where a state's one is one
@@ -40,16 +43,25 @@ class Unit:
 
 
 @dataclass(frozen=True)
+class Gate:
+    """What is asked of a score; in sums for the chip, in logits for the network."""
+
+    margin: float  # below the best of the newest blocks
+    least: float  # but at least this, below accept's
+
+
+@dataclass(frozen=True)
 class Weights:
     """All that zupt_gru.c has in program memory or as constants."""
 
     units: tuple[Unit, ...]
     out: tuple[int, ...]
     out_bias: int  # in sums, accept's logit taken off
+    gate: Gate
     sigmoid_q16: tuple[int, ...]
     gravity_halves: int
     acc_floor: int  # log2 in Q8 of the floor in half counts
-    rate_floor: int
+    rate_floor: int  # of the floor's square, in counts
 
 
 @dataclass(frozen=True)
@@ -73,6 +85,29 @@ def sigmoid(values):
     return 1 / (1 + np.exp(-np.asarray(values, dtype=float)))
 
 
+def logit(share: float) -> float:
+    """The sigmoid's inverse."""
+    return float(np.log(share / (1 - share)))
+
+
+def gate_of(network: Floats, spec: Mapping) -> Gate:
+    """In logits, from the table [gate] of zupt_gru.toml."""
+    least = logit(spec["least_accept"]) - logit(network.accept)
+    return Gate(spec["margin_logits"], least)
+
+
+def asked(scores: np.ndarray, by: Gate) -> np.ndarray:
+    """(n,) the least score that is still at each step, where scores are (n,) logits above accept's:
+    `margin` below the best of the newest blocks, but not above 0 nor below `least`."""
+    best, found = [0.0] * BLOCKS, np.empty(len(scores))
+    for step, score in enumerate(scores):
+        if step and step % BLOCK_STEPS == 0:
+            best = [score, *best[:-1]]
+        best[0] = max(best[0], score)
+        found[step] = min(max(max(best) - by.margin, by.least), 0.0)
+    return found
+
+
 def states(network: Floats, inputs: np.ndarray) -> np.ndarray:
     """(n, 8) float64: the state after each row of the (n, 2) inputs. Cho et al. 2014, PyTorch's
     order of gates r, z, n."""
@@ -94,6 +129,11 @@ def moments(network: Floats, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray
     before = np.vstack([np.zeros((1, UNITS)), states(network, inputs)[:-1]])
     seen = np.hstack([inputs * TENS, before])
     return seen.mean(axis=0), np.cov(seen.T)
+
+
+def scores(network: Floats, inputs: np.ndarray) -> np.ndarray:
+    """(n,) float64 logit of stillness, less that of `accept`, after each row of the inputs."""
+    return states(network, inputs) @ network.w_out + network.b_out - logit(network.accept)
 
 
 def rounded_row(row, scale: float, mean, covariance) -> tuple[np.ndarray, float]:
@@ -186,36 +226,46 @@ def quantise(network: Floats, spec: Mapping) -> Weights:
         columns = np.array([weights for weights, _ in parts]).T
         units.append(
             Unit(
-                tuple(round(float(bias) * units_per_sum) for _, bias in parts),
+                tuple(
+                    round(float(bias) * units_per_sum + count / 2)
+                    for (_, bias), count in zip(parts, (SEEN, SEEN, INPUTS), strict=True)
+                ),
                 tuple(tuple(row) for row in columns[:INPUTS].tolist()),
-                round(float(network.b_hh[at] + more_u) * units_per_sum),
+                round(float(network.b_hh[at] + more_u) * units_per_sum + UNITS / 2),
                 tuple(tuple(row) for row in columns[INPUTS:].tolist()),
             )
         )
     out, more = rounded(network.w_out, of_states)
-    logit = np.log(network.accept / (1 - network.accept))
-    out_bias = round(float(network.b_out + more - logit) * units_per_sum)
+    out_bias = round(
+        float(network.b_out + more - logit(network.accept)) * units_per_sum + UNITS / 2
+    )
+    asked = gate_of(network, spec["gate"])
     table = sigmoid_table(SIGMOID_STEP / units_per_sum, SIGMOID_PIECES)
     check(units)
     if largest_sum(out_bias, (), out) > SUM_MAX:
         raise ValueError("the output's sum leaves 16 bits")
     acc_halves = HALVES * spec["sensor"]["acc_counts_per_g"] / STANDARD_GRAVITY_M_S2
-    gyro_halves = HALVES * np.degrees(spec["sensor"]["gyro_counts_per_deg_s"])
+    gyro_counts = np.degrees(spec["sensor"]["gyro_counts_per_deg_s"])
     return Weights(
         tuple(units),
         tuple(out.tolist()),
         out_bias,
+        replace(
+            asked,
+            margin=round(asked.margin * units_per_sum),
+            least=round(asked.least * units_per_sum),
+        ),
         table,
         round(network.gravity_m_s2 * acc_halves),
         round(float(np.log2(network.acc_floor_m_s2 * acc_halves)) * 256),
-        round(float(np.log2(network.rate_floor_rad_s * gyro_halves)) * 256),
+        round(2 * float(np.log2(network.rate_floor_rad_s * gyro_counts)) * 256),
     )
 
 
 def largest_sum(bias: int, inputs: Sequence[int], states: Sequence[int]) -> int:
-    """Bound of |sum| over all that may be seen, rounding included."""
+    """Bound of |sum| over all that may be seen, the bounds of which are multiples of 256."""
     products = OCTAVES_Q10 * sum(map(abs, inputs)) + STATE_Q13 * sum(map(abs, states))
-    return abs(bias) + -(-products // (1 << SUM_SHIFT)) + 1
+    return abs(bias) + products // (1 << SUM_SHIFT)
 
 
 def check(units: Sequence[Unit]) -> None:
@@ -224,6 +274,6 @@ def check(units: Sequence[Unit]) -> None:
         inputs, states = (tuple(zip(*rows, strict=True)) for rows in (unit.inputs, unit.states))
         sums = [largest_sum(unit.bias[gate], inputs[gate], states[gate]) for gate in range(2)]
         sums.append(largest_sum(unit.bias[2], inputs[2], ()))
-        sums[2] += largest_sum(unit.bias_u, (), states[2]) + 1
+        sums[2] += largest_sum(unit.bias_u, (), states[2])
         if max(sums) > SUM_MAX:
             raise ValueError(f"unit {n}: a sum of {max(sums)} leaves 16 bits")

@@ -17,18 +17,17 @@ VALUES = range(-8192, 8192)
 RAILS = (-(1 << 15), (1 << 15) - 1)
 TEN = 10 << 10
 INPUTS, UNITS = 2, 8
+BLOCK_STEPS, BLOCKS = 64, 3
 
 Vector = Sequence[int]
 
 
-def octaves(halves: int, floor_q8: int) -> int:
-    """log2 of half counts above the floor's, in steps of 1/256, from 0 to ten octaves in Q10."""
-    if halves == 0:
-        return 0
-    whole = halves.bit_length() - 1
-    part = 256 * (halves - (1 << whole)) >> whole
+def log2_q8(number: int) -> int:
+    """As port_gru.h has it, of a positive number."""
+    whole = number.bit_length() - 1
+    part = 256 * (number - (1 << whole)) >> whole
     bulge = (part * (256 - part) >> 8) * 88 >> 8
-    return min(max(4 * ((whole << 8) + part + bulge - floor_q8), 0), TEN)
+    return (whole << 8) + part + bulge
 
 
 def sigmoid(table_q16: Sequence[int], value: int) -> int:
@@ -47,8 +46,7 @@ def share(value: int, q16: int) -> int:
 
 def total(bias: int, weights: Sequence[int], seen: Sequence[int]) -> int:
     """A sum of port_gru.h."""
-    products = sum(w * v for w, v in zip(weights, seen, strict=True))
-    return rounded_shift(256 * bias + products, 8)
+    return bias + sum(w * v // 256 for w, v in zip(weights, seen, strict=True))
 
 
 def next_state(unit: Unit, table_q16: Sequence[int], seen: Sequence[int], state: int) -> int:
@@ -76,6 +74,8 @@ class ZuptGru:
         """A gap in time."""
         self.seen = [0] * (INPUTS + UNITS)
         self.still = False
+        self.best = [0] * BLOCKS  # of each block of steps, the newest first
+        self.steps = 0  # of the newest block
         self.time_ms = 0  # of the next sample
         self.is_due = False
 
@@ -88,17 +88,25 @@ class ZuptGru:
         self.time_ms += self.sample_ms
         if self.is_due:
             w = self.weights
-            self.seen[0] = self._magnitude(acc, w.gravity_halves, w.acc_floor)
-            self.seen[1] = self._magnitude(gyro, 0, w.rate_floor)
+            away = abs(math.isqrt(4 * self._square(acc)) - w.gravity_halves)
+            self.seen[0] = self._octaves(acc, away, w.acc_floor, 4)
+            square, floor = self._square(gyro), w.rate_floor
+            while square > 0xFFFF:
+                square, floor = square // 256, floor - 8 * 256
+            self.seen[1] = self._octaves(gyro, square, floor, 2)
         return int(self.still)
 
-    def _magnitude(self, vector: Vector, start: int, floor_q8: int) -> int:
+    @staticmethod
+    def _square(vector: Vector) -> int:
+        return sum(value * value for value in vector)
+
+    def _octaves(self, vector: Vector, number: int, floor_q8: int, share: int) -> int:
+        """Of a number that was made of this vector: log2 above a floor, Q8 times `share`."""
         if any(value in RAILS for value in vector):
             self.rejected = min(self.rejected + 1, COUNTER_MAX)
         if not all(value in VALUES for value in vector):
             return TEN
-        halves = math.isqrt(4 * sum(value * value for value in vector))
-        return octaves(abs(halves - start), floor_q8)
+        return min(max((log2_q8(number) - floor_q8) * share, 0), TEN) if number else 0
 
     def _conclude(self) -> None:
         w = self.weights
@@ -107,5 +115,14 @@ class ZuptGru:
             for n, unit in enumerate(w.units)
         ]
         self.seen[INPUTS:] = states
-        score = 256 * w.out_bias + sum(a * b for a, b in zip(w.out, states, strict=True))
-        self.still = score >= 0 and max(self.seen[:INPUTS]) < TEN
+        score = total(w.out_bias, w.out, states)
+        self.still = score >= self._asked(score) and max(self.seen[:INPUTS]) < TEN
+
+    def _asked(self, score: int) -> int:
+        """The least score that is still, after a step of this one."""
+        gate = self.weights.gate
+        if self.steps == BLOCK_STEPS:
+            self.best, self.steps = [score, *self.best[:-1]], 0
+        self.steps += 1
+        self.best[0] = max(self.best[0], score)
+        return min(max(max(self.best) - gate.margin, gate.least), 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from terazi.design.zupt_gru import Floats, states
+from terazi.design.zupt_gru import Floats, Gate, asked, scores
 
 STEP_MS = 5
 
@@ -18,12 +18,13 @@ def zupt_gru_inputs(gyro_b_rad_s, acc_b_m_s2, network: Floats) -> np.ndarray:
     return np.minimum(np.log2(np.maximum(shares, 1.0)) / 10, 1.0)
 
 
-def zupt_gru(gyro_b_rad_s, acc_b_m_s2, *, network: Floats, sample_ms: int):
+def zupt_gru(gyro_b_rad_s, acc_b_m_s2, *, network: Floats, gate: Gate, sample_ms: int):
     """Float64 truth for ``zupt_gru_update`` over a run of samples.
 
     gyro_b_rad_s, acc_b_m_s2 : (n, 3) float64, sample_ms from one to the next, no NaN.
-    Returns (m,) int sample of each step, and (m,) float64 logit after it, less what is asked for:
-    still where it is not negative. The C tells it with the sample after.
+    Returns (m,) int sample of each step, and (m,) float64 twice: the logit after it above that of
+    `accept`, and what is asked of it: still where it is not below that. The C tells it with the
+    sample after.
 
     Cho et al. 2014 with PyTorch's gates; shared_c/notes/zupt_gru.md has what the C rounds.
     """
@@ -31,5 +32,5 @@ def zupt_gru(gyro_b_rad_s, acc_b_m_s2, *, network: Floats, sample_ms: int):
     at = np.arange(0, last_ms + sample_ms, STEP_MS) // sample_ms  # the newest sample there is
     at = at[at < len(gyro_b_rad_s)]
     inputs = zupt_gru_inputs(np.asarray(gyro_b_rad_s)[at], np.asarray(acc_b_m_s2)[at], network)
-    asked = np.log(network.accept / (1 - network.accept))
-    return at, states(network, inputs) @ network.w_out + network.b_out - asked
+    found = scores(network, inputs)
+    return at, found, asked(found, gate)
