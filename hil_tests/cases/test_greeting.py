@@ -108,7 +108,7 @@ def test_status_tells_the_stack_that_was_never_touched(uno):
     assert untouched <= told <= untouched + 16, (
         "an interrupt may have come at a deeper moment since"
     )
-    assert told > 256
+    assert told > 180  # of 2048, what budget.toml leaves
 
 
 def test_the_led_beats_once_a_second_while_all_is_well(uno):

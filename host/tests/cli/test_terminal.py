@@ -54,7 +54,8 @@ class Person:
         while self.running.poll() is None and time.monotonic() < end_s:
             self._read()
         self._read()
-        return self.running.wait(1)
+        assert self.running.poll() is not None, f"it does not end: {plain(self.shown)[-800:]}"
+        return self.running.returncode
 
     def _read(self):
         try:
