@@ -5,6 +5,7 @@
 """
 
 import importlib.util
+import signal
 import sys
 from pathlib import Path
 
@@ -24,6 +25,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # Shells make what they start in the background deaf to ctrl-C, and so all that this starts.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if not config.getoption("sanitized"):
         return
     sys.path.insert(0, str(ROOT))
