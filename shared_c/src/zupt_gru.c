@@ -39,7 +39,7 @@ void zupt_gru_init(zupt_gru_t *gru, uint8_t sample_ms)
 static int16_t octaves(int16_t above, uint8_t shift)
 {
     if (above <= 0) { return 0; }
-    above = (int16_t)(above << shift); /* below 2^14: 2^7 * 28, or half of that doubled */
+    above = (int16_t)(above << shift); /* below 2^14: 15 octaves by 2^10, or 28 by 2^9 */
     return above < TEN ? above : TEN;
 }
 

@@ -19,16 +19,12 @@ import numpy as np
 from terazi.cshared import ImuCal, ImuTurn, Mahony, Rest, Zupt, ZuptGru
 from terazi.cshared.imu import AT_REST, BIAS_KNOWN
 from terazi.link.generated.messages import AttitudeFlag
-from terazi.link.generated.settings import SETTINGS, SettingKey
+from terazi.link.generated.settings import SETTINGS_BY_NAME
 from terazi.recorder.inertial import Inertial, counts_of
 from terazi.replay.attitude_runs import LOST, Run, settings_at, told_flags
 
 RATES_HZ = {1: 500, 2: 1000}  # by imu.mode
-ZUPT_NAMES = next(
-    {number: name for name, number in one.choices}
-    for one in SETTINGS
-    if one.key == SettingKey.IMU_ZUPT
-)
+ZUPT_NAMES = {number: name for name, number in SETTINGS_BY_NAME["imu.zupt"].choices}
 
 
 @dataclass
