@@ -37,16 +37,10 @@ class Faults(CState):
 
     def __init__(self, noise_counts: int | None = None) -> None:
         """noise_counts : rms of white noise that is a fault; None: as faults.toml has it."""
-        self._c, self._config = ffi.new("faults_t *"), None
+        self._c = ffi.new("faults_t *")
         lib.faults_init(self._c)
         if noise_counts is not None:
             lib.faults_limit_noise(self._c, noise_counts)
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
-        if len(state) != ffi.sizeof(self._c[0]):
-            raise ValueError("not the state of a Faults")
-        ffi.buffer(self._c)[:] = state
 
     @property
     def held(self) -> Fault:

@@ -9,7 +9,10 @@ from terazi.cshared._cshared import ffi
 
 
 class CState:
-    """A C state, ``_c``, beside the constant configuration that it points to, ``_config``."""
+    """A C state, ``_c``, beside the constant configuration that it points to, ``_config``, or None
+    where what is configured is part of the state."""
+
+    _config = None
 
     @property
     def _configured(self):
@@ -21,11 +24,12 @@ class CState:
         return bytes(ffi.buffer(self._c))
 
     def restore(self, state: bytes) -> None:
-        """Continue where save() was called."""
+        """Continue where save() was called; what is configured within the state comes along."""
         if len(state) != ffi.sizeof(self._c[0]):
             raise ValueError(f"not the state of a {type(self).__name__}")
         ffi.buffer(self._c)[:] = state
-        self._configured.config = self._config
+        if self._config is not None:
+            self._configured.config = self._config
 
     def copy(self) -> Self:
         """Another one in the same state."""

@@ -25,12 +25,54 @@ ZUPT_RATES = {
 """Rates of zupt.toml."""
 
 
-class Zupt(CState):
+class ZeroVelocity(CState):
+    """What both detectors share: samples in, stillness out."""
+
+    _functions: str  # what the names of the C's functions begin with
+
+    def _call(self, function: str, *arguments):
+        return getattr(lib, f"{self._functions}_{function}")(self._c, *arguments)
+
+    @property
+    def still(self) -> bool:
+        """What the last update gave."""
+        return self._c.still == lib.ZUPT_STILL
+
+    @property
+    def rejected(self) -> int:
+        """Samples, or vectors, on a rail so far; stops at 65535."""
+        return self._c.rejected
+
+    def interrupt(self) -> None:
+        """Samples were lost: not still until the detector has seen enough anew."""
+        self._call("interrupt")
+
+    def update(self, gyro_b_counts: Sequence[int], acc_b_counts: Sequence[int]) -> bool:
+        """Take one sample; gives whether it stands still."""
+        gyro, acc = (
+            ffi.new("int16_t[3]", [int(e) for e in v]) for v in (gyro_b_counts, acc_b_counts)
+        )
+        return self._call("update", gyro, acc) == lib.ZUPT_STILL
+
+    def block(self, gyro_b_counts, acc_b_counts) -> np.ndarray:
+        """Take (n, 3) samples; gives (n,) bool after each."""
+        gyro = int16_vectors(gyro_b_counts, "gyroscope values")
+        acc = int16_vectors(acc_b_counts, "accelerometer values")
+        if len(gyro) != len(acc):
+            raise ValueError(f"{len(gyro)} gyroscope and {len(acc)} accelerometer values")
+        flags = np.empty(len(gyro), dtype=np.uint8)
+        self._call("blocks", pointer(gyro), pointer(acc), pointer(flags), len(gyro))
+        return flags == lib.ZUPT_STILL
+
+
+class Zupt(ZeroVelocity):
     """Zero velocity (zupt.h).
 
     config : name of a detector of zupt.toml, at `rate`, as the device has it; or fields of
         zupt_config_t, as terazi.design.zupt.config_at makes them for any rate and any limits.
     """
+
+    _functions = "zupt"
 
     def __init__(self, config: str | Mapping, rate: str = "500hz"):
         self._c = ffi.new("zupt_t *")
@@ -48,40 +90,3 @@ class Zupt(CState):
         if not lib.zupt_is_lawful(fields):
             raise ValueError(f"configuration of zupt is beyond zupt.h: {dict(config)}")
         lib.zupt_init(self._c, fields)
-
-    def restore(self, state: bytes) -> None:
-        """Continue where save() was called; its configuration comes along."""
-        if len(state) != ffi.sizeof(self._c[0]):
-            raise ValueError(f"not the state of a {type(self).__name__}")
-        ffi.buffer(self._c)[:] = state
-
-    @property
-    def still(self) -> bool:
-        """What the last update gave."""
-        return self._c.still == lib.ZUPT_STILL
-
-    @property
-    def rejected(self) -> int:
-        """Samples on a rail so far, stops at 65535."""
-        return self._c.rejected
-
-    def interrupt(self) -> None:
-        """Samples were lost: not still until blocks have been quiet anew."""
-        lib.zupt_interrupt(self._c)
-
-    def update(self, gyro_b_counts: Sequence[int], acc_b_counts: Sequence[int]) -> bool:
-        """Take one sample; gives whether it stands still."""
-        gyro, acc = (
-            ffi.new("int16_t[3]", [int(e) for e in v]) for v in (gyro_b_counts, acc_b_counts)
-        )
-        return lib.zupt_update(self._c, gyro, acc) == lib.ZUPT_STILL
-
-    def block(self, gyro_b_counts, acc_b_counts) -> np.ndarray:
-        """Take (n, 3) samples; gives (n,) bool after each."""
-        gyro = int16_vectors(gyro_b_counts, "gyroscope values")
-        acc = int16_vectors(acc_b_counts, "accelerometer values")
-        if len(gyro) != len(acc):
-            raise ValueError(f"{len(gyro)} gyroscope and {len(acc)} accelerometer values")
-        flags = np.empty(len(gyro), dtype=np.uint8)
-        lib.zupt_blocks(self._c, pointer(gyro), pointer(acc), pointer(flags), len(gyro))
-        return flags == lib.ZUPT_STILL

@@ -57,6 +57,12 @@ def whole(name, options):
     return WHOLE[key]
 
 
+def kept(walk, share):
+    """How many samples are left: 2.5 s at least."""
+    least = round(2.5 * walk.rate_hz)
+    return least + round(share * (len(walk) - least))
+
+
 def largest_change_m(walk, before, count, options):
     part = estimate(walk.cut(count), options).path
     change = np.linalg.norm(part.pos_w_m - before.pos_w_m[:count], axis=1)
@@ -68,8 +74,7 @@ def largest_change_m(walk, before, count, options):
 @settings(max_examples=20)
 def test_no_position_moves_by_a_centimetre_whatever_is_cut_off(name, share):
     walk = WALKS[name]
-    least = round(2.5 * walk.rate_hz)
-    count = least + round(share * (len(walk) - least))
+    count = kept(walk, share)
     before = whole(name, Options())
     part, change_m = largest_change_m(walk, before, count, Options())
     assert change_m <= MOST_M
@@ -82,8 +87,7 @@ def test_no_position_moves_by_a_centimetre_whatever_is_cut_off(name, share):
 @settings(max_examples=20)
 def test_a_causal_path_does_not_change_in_a_bit(name, share):
     walk = WALKS[name]
-    least = round(2.5 * walk.rate_hz)
-    count = least + round(share * (len(walk) - least))
+    count = kept(walk, share)
     before = whole(name, Options(causal=True))
     part, _ = largest_change_m(walk, before, count, Options(causal=True))
     for one, other in ((part.pos_w_m, before.pos_w_m), (part.quat_wb, before.quat_wb)):
