@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
@@ -40,10 +39,10 @@ from terazi.applications.walks.detectors import (
     adaptive_shoe_detector,
 )
 from terazi.applications.walks.estimate import ROLL_SHARE
-from terazi.applications.walks.formats import find_walks, load_walk
 from terazi.applications.walks.navigator import KalmanSettings, kalman, rolled
 from terazi.applications.walks.record import Truth, Walk
 from terazi.applications.walks.score import Errors, path_errors
+from tools.tune.recorded import recorded_walks
 
 FOLDERS = ("vicon", "footprints", "xio_gait")
 LIMITS_M = {"cameras": 0.08, "stairs": 0.45, "footprints": 0.5, "unrested": 0.7, "loops": 0.10}
@@ -280,12 +279,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("folder", nargs="*", type=Path)
     options = parser.parse_args()
-    data = os.environ.get("TERAZI_DATA")
-    if not options.folder and not data:
-        print("tune: name a folder of walks, or set TERAZI_DATA", file=sys.stderr)
-        return 2
-    folders = options.folder or [Path(data) / "walks" / name for name in FOLDERS]
-    trials = trials_of([load_walk(path) for each in folders for path in find_walks(each)])
+    trials = trials_of(recorded_walks(options.folder, FOLDERS))
     if {trial.half for trial in trials} != {0, 1}:
         print("tune: for two halves, two walks of a kind are needed", file=sys.stderr)
         return 2

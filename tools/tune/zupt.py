@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import os
 import sys
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,14 +30,15 @@ from rich.table import Table
 
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.estimate import DETECTORS
-from terazi.applications.walks.formats import find_walks, load_walk
 from terazi.applications.walks.navigator import CAUSAL, kalman
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.score import path_errors
 from terazi.cshared import Rest, Zupt
 from terazi.design import zupt as design
 from tools.tune.attitude import leave_one_out
+from tools.tune.recorded import recorded_walks
 
+FOLDERS = ("vicon", "footprints")
 RATE_HZ = 500.0
 HOST_NAMES = {name: name for name in design.detectors()} | {"are": "rate_energy"}
 SHIFTS = range(0, 61, 5)  # samples by which the chip may be late
@@ -271,12 +271,7 @@ def main() -> int:
     parser.add_argument("--search", action="store_true", help="the whole grid too; minutes")
     parser.add_argument("folder", nargs="*", type=Path)
     options = parser.parse_args()
-    data = os.environ.get("TERAZI_DATA")
-    if not options.folder and not data:
-        print("tune: name a folder of walks, or set TERAZI_DATA", file=sys.stderr)
-        return 2
-    folders = options.folder or [Path(data) / "walks" / name for name in ("vicon", "footprints")]
-    trials = [Trial(load_walk(path)) for folder in folders for path in find_walks(folder)]
+    trials = [Trial(walk) for walk in recorded_walks(options.folder, FOLDERS)]
     if len(trials) < 2 and options.search:
         print("tune: to leave one out, two walks are needed", file=sys.stderr)
         return 2

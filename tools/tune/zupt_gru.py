@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -31,13 +30,13 @@ from rich.console import Console
 from rich.table import Table
 
 from terazi.applications.walks import networks, simulator
-from terazi.applications.walks.formats import find_walks, load_walk
 from terazi.applications.walks.record import Walk
 from terazi.cshared import ZuptGru
 from terazi.design import zupt as design
 from terazi.design import zupt_gru
 from terazi.models import zupt_gru as model
 from tools.gen.zupt_gru_weights import floats, gate
+from tools.tune.recorded import recorded_walks
 from tools.tune.zupt import Trial, known
 
 FOLDERS = ("vicon", "footprints", "xio_2011", "xio_gait")
@@ -175,12 +174,7 @@ def main() -> int:
     if options.seen:
         print(seen_table())
         return 0
-    data = os.environ.get("TERAZI_DATA")
-    if not options.folder and not data:
-        print("tune: name a folder of walks, or set TERAZI_DATA", file=sys.stderr)
-        return 2
-    folders = options.folder or [Path(data) / "walks" / name for name in FOLDERS]
-    rows = [report(load_walk(path)) for folder in folders for path in find_walks(folder)]
+    rows = [report(walk) for walk in recorded_walks(options.folder, FOLDERS)]
     found = {"walks": rows, "all": summary(rows)}
     if options.json:
         print(json.dumps(found))
