@@ -24,6 +24,7 @@ from terazi.recorder.inertial import Inertial, counts_of
 from terazi.replay.attitude_runs import LOST, Run, settings_at, told_flags
 
 RATES_HZ = {1: 500, 2: 1000}  # by imu.mode
+OFF = "off"
 ZUPT_NAMES = {number: name for name, number in SETTINGS_BY_NAME["imu.zupt"].choices}
 
 
@@ -42,7 +43,7 @@ class Chain:
         """values : settings by full name; ValueError where no device would take them."""
         rate = f"{RATES_HZ[values['imu.mode']]}hz"
         self._mahony, self._rest = Mahony(rate), Rest(rate)
-        self._zupt = still_detector(ZUPT_NAMES[values["imu.zupt"]], rate)
+        self._zupt = still_detector(ZUPT_NAMES.get(values["imu.zupt"], OFF), rate)
 
     def gap(self, lost: int) -> None:
         """So many samples are missing before the next one; LOST: the IMU had been away."""
@@ -66,7 +67,7 @@ class Chain:
 
 def still_detector(name: str, rate: str) -> Zupt | ZuptGru | None:
     """What a device runs whose imu.zupt is `name`, fresh; `rate` is 500hz or 1000hz."""
-    if name == "off":
+    if name == OFF:
         return None
     return ZuptGru(1000 // int(rate.removesuffix("hz"))) if name == "gru" else Zupt(name, rate)
 
