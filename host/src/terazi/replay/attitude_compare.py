@@ -12,7 +12,7 @@ from terazi.link.generated.messages import AttitudeFlag
 from terazi.recorder.inertial import Inertial
 from terazi.recorder.recording import Recording
 from terazi.replay.attitude import RATES_HZ, Replayed, replay_run
-from terazi.replay.attitude_runs import KEYS, Run, runs_of, settings_at, until_changed
+from terazi.replay.attitude_runs import Run, are_told, runs_of, settings_at, until_changed
 from terazi.replay.stage import StageResult
 from terazi.replay.unverified import Unverified
 
@@ -65,7 +65,7 @@ def _compare_run(stages: list[StageResult], inertial: Inertial, run: Run) -> Cou
 
 def _why_none(values: Mapping[str, int]) -> str:
     """Why nothing of a run can be verified; "" where something can."""
-    if set(values) != set(KEYS.values()):
+    if not are_told(values):
         return NOT_TOLD
     if values["imu.mode"] not in RATES_HZ:
         return "imu.mode was none in which attitudes come"

@@ -26,6 +26,11 @@ NO_MATTER = ("imu.tilt_limit_mrad", "imu.lamp")
 KEYS = {one.key: one.full_name for one in SETTINGS if one.group in GROUPS}
 
 
+def are_told(values: Mapping[str, int]) -> bool:
+    """Whether these, by full name, are all settings of the chain."""
+    return set(values) == set(KEYS.values())
+
+
 @dataclass(frozen=True)
 class Run:
     """Raw samples [begin, end) from a start of the chain on, none missing.

@@ -21,13 +21,12 @@ from terazi.applications.walks.record import Device, Walk
 from terazi.cshared.zupt import ZUPT_DETECTORS
 from terazi.errors import CannotRead
 from terazi.link.generated.messages import AttitudeFlag
-from terazi.link.generated.settings import SETTINGS_BY_NAME
 from terazi.link.load import imu_advice
 from terazi.recorder import Recording, load_recording
 from terazi.recorder.capture import MAGIC
 from terazi.recorder.inertial import counts_of, numbered
-from terazi.replay.attitude import calibrated
-from terazi.replay.attitude_runs import KEYS, settings_at
+from terazi.replay.attitude import OFF, ZUPT_NAMES, calibrated
+from terazi.replay.attitude_runs import are_told, settings_at
 
 HOLE_S = 0.1  # more is a hole: a fifth of a swing
 HOLE_SAMPLES = 8  # where samples are rare
@@ -38,7 +37,7 @@ RAIL_COUNTS = 32767
 UNTOLD = 0.01  # of the samples may lack an ATTITUDE without a word
 LATE_S = 0.030  # of the chip's classical detectors: `python -m tools.tune.zupt` prints it
 ZUPT = "imu.zupt"
-OFF, UNKNOWN = "off", "unknown"
+UNKNOWN = "unknown"
 HOW = "`terazi set imu.every=1 uart.baud=500000`, then `terazi log --imu -o FILE`, records them."
 
 
@@ -82,7 +81,7 @@ def read_capture(path: Path) -> Walk:
 
 def _how_to_record(recording: Recording) -> str:
     values = settings_at(recording.inertial, 0)
-    if set(values) != set(KEYS.values()):
+    if not are_told(values):
         return HOW
     return " ".join([*(each for each in imu_advice(values, None) if "imu.mode" in each), HOW])
 
@@ -118,7 +117,7 @@ def _measured(
 ) -> list[np.ndarray]:
     """Acceleration and rate, (n, 3) counts each."""
     sensors = ("acc", "gyro")
-    if set(values) != set(KEYS.values()):
+    if not are_told(values):
         notes.append("no SETTING tells a calibration: the samples are taken as they are")
         return [counts_of(imu, f"{sensor}_") for sensor in sensors]
     try:
@@ -152,7 +151,7 @@ def _tell_missing(
         return
     if lost > MISSING_MOST * len(grid):
         baud = recording.metadata.get("baud")
-        told = set(values) == set(KEYS.values()) and isinstance(baud, int)
+        told = are_told(values) and isinstance(baud, int)
         advice = [each for each in imu_advice(values, baud) if "baud" in each] if told else []
         raise CannotRead(
             f"{recording.path}: {lost} of {len(grid)} samples are missing; a walk can do without "
@@ -186,8 +185,7 @@ def _device(
     notes: list[str],
 ) -> Device:
     """What ATTITUDE said at each sample; where one is missing, as the one before."""
-    names = {number: name for name, number in SETTINGS_BY_NAME[ZUPT].choices}
-    name = names.get(values.get(ZUPT, -1), UNKNOWN)
+    name = ZUPT_NAMES.get(values.get(ZUPT, -1), UNKNOWN)
     attitude = recording.inertial.attitude
     mine = attitude["boot"] == imu["boot"][0]
     us, flags = attitude["device_us"][mine], attitude["flags"][mine]
