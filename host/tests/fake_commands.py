@@ -74,6 +74,7 @@ class Commands:
         self.values = {one.key: one.default for one in SETTINGS}
         self.staged: list[Point] | None = None
         self.mask = wire.StreamFlag(31)
+        self.text_modes: list[int] = []  # as they were asked for; it has frames only
         self._told_flags = None
         self._written_us: int | None = None
         self._failed = False
@@ -126,8 +127,8 @@ class Commands:
     def _set_stream(self, command):
         self.mask = command.mask
 
-    def _set_text_mode(self, _command):
-        """It has frames only."""
+    def _set_text_mode(self, command):
+        self.text_modes.append(command.on)
 
     def _tare(self, _command):
         self.scale.tare()

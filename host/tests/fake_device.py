@@ -3,6 +3,7 @@
 
 It is no firmware and knows no converter; the genuine firmware runs on the bench (hil_tests). It
 resets when its port is opened, as an Uno does, and runs faster than time: no test need wait.
+Where the machine has no time for it, it runs slower; it is never deaf while it makes up for that.
 """
 
 import os
@@ -23,6 +24,7 @@ from terazi.link.generated.messages import FINGERPRINT
 from terazi.link.generated.settings import SettingKey
 
 SLICE_S = 0.002
+CATCH_UP_S = 0.01  # the most that passes between two looks at the commands
 BOOT_S = 0.05
 SPEED_CODES = {115_200: termios.B115200, 500_000: termios.B500000, 1_000_000: termios.B1000000}
 
@@ -123,7 +125,7 @@ class FakeDevice:
         self._decoder = FrameDecoder()
         self._statuses = 0
         time.sleep(BOOT_S)  # whoever opens a port discards what is stale in it, at once
-        self._begin_s = time.monotonic()
+        self._elapsed_s, self._looked_s = 0.0, time.monotonic()
         if self.speak == "frames" and self.hello_at_reset:
             self._send(self.chain.frame(self.chain.hello()))
 
@@ -154,8 +156,9 @@ class FakeDevice:
             self._send(b"some other sketch\r\n")
         if self.speak != "frames":
             return
-        now_s = (time.monotonic() - self._begin_s) * self.speed
-        while (self.chain.conversion + 1) / RATE_HZ <= now_s:
+        looked_s, self._looked_s = self._looked_s, time.monotonic()
+        self._elapsed_s += min(self._looked_s - looked_s, CATCH_UP_S) * self.speed
+        while (self.chain.conversion + 1) / RATE_HZ <= self._elapsed_s:
             if self.vanish_after is not None and self.chain.samples >= self.vanish_after:
                 return
             if self.silent_after is not None and self.chain.samples >= self.silent_after:
