@@ -156,11 +156,15 @@ def test_avrdude_that_reads_for_ever_from_a_pulled_cable_is_ended(play, port, tm
 @pytest.mark.parametrize("word", ["", "avrdude error: programmer is not responding\n"])
 def test_avrdude_that_gets_no_further_is_ended(word, play, port, tmp_path, monkeypatch):
     # As avrdude 7.1 does at a board that fell silent: the same complaint, for many minutes.
-    monkeypatch.setattr(avrdude, "PATIENCE_S", 0.5)
     program = f"say({BEGUN + 10 * MARK + chr(10)!r})\nwhile True: say({word!r}); time.sleep(0.02)"
     play(program)
+
+    def lose_patience(_stage, done):  # and not while the program is still being started
+        if done >= 0.2:
+            monkeypatch.setattr(avrdude, "PATIENCE_S", 0.5)
+
     with pytest.raises(FlashFailed, match=r"stopped answering .*\(writing, at 20%\)"):
-        write(port, tmp_path)
+        write(port, tmp_path, lose_patience)
 
 
 def test_no_avrdude_is_named_with_the_way_to_get_it(tmp_path, monkeypatch):
