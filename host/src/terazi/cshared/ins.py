@@ -119,7 +119,6 @@ class Ins:
         self,
         dt_s,
         acc_b_m_s2,
-        gyro_b_rad_s,
         at_once,
         revised,
         *,
@@ -129,23 +128,25 @@ class Ins:
     ) -> np.ndarray:
         """Take n samples; gives the (n, 10) path as each sample is known at that sample.
 
-        at_once, revised : three (n,) sigmas each, as run() takes them: those that are known at a
-            sample, and those that are known `revised_after` samples later.
+        at_once, revised : (n, 3) angular rates and three (n,) sigmas each, as run() takes them:
+            those that are known at a sample, and those that are known `revised_after` later.
 
         A sigma of velocity that comes or goes by being revised is a reason to go back and run again
-        from there, at the end of the next `piece` of samples; a sigma that only changes can wait
-        until `revised_after` samples have gathered. What was told before then stays told: row i
+        from there, at the end of the next `piece` of samples; what else changes can wait until
+        `revised_after` samples have gathered. What was told before then stays told: row i
         depends on samples 0 .. i alone. The state is afterwards that of the revised sigmas, where
         they are known.
         """
-        base = [_floats(dt_s, 1), _floats(acc_b_m_s2, 2), _floats(gyro_b_rad_s, 2)]
-        first, final = ([_floats(each, 1) for each in sigmas] for sigmas in (at_once, revised))
+        base = [_floats(dt_s, 1), _floats(acc_b_m_s2, 2)]
+        first, final = (
+            [*base, _floats(rates, 2), *(_floats(each, 1) for each in sigmas)]
+            for rates, *sigmas in (at_once, revised)
+        )
         count = len(base[0])
-        if {len(each) for each in (*base, *first, *final)} != {count}:
+        if {len(each) for each in (*first, *final)} != {count}:
             raise ValueError("unequal numbers of samples")
-        first, final = base + first, base + final
         flips = _so_far((first[3] > 0) != (final[3] > 0))
-        changes = _so_far(np.any(np.array(first[3:]) != np.array(final[3:]), axis=0))
+        changes = _so_far(np.any(np.column_stack(first[2:]) != np.column_stack(final[2:]), axis=1))
         path = np.empty((count, PATH_COLUMNS))
         again = np.empty((revised_after + piece, PATH_COLUMNS))
         ahead, known = ffi.new("ins_t *", self._c[0]), 0

@@ -167,13 +167,17 @@ def _tell_missing(
 
 
 def _tell_rails(imu: dict[str, np.ndarray], notes: list[str]) -> None:
-    for sensor, limit in (("acc", "16 g"), ("gyro", "2000 deg/s")):
+    rails = (
+        ("acc", "16 g", "is missing in the path"),
+        ("gyro", "2000 deg/s", "is guessed at best"),
+    )
+    for sensor, limit, then in rails:
         counts = np.abs(counts_of(imu, f"{sensor}_").astype(np.int32))
         railed = int(np.sum((counts >= RAIL_COUNTS).any(axis=1)))
         if railed:
             notes.append(
                 f"{railed} samples are beyond {limit}, the sensor's range: what was cut off there "
-                "is missing in the path"
+                f"{then}"
             )
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from terazi.applications.walks.clipping import AHEAD_S
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.navigator import (
     GRAVITY_M_S2,
@@ -51,9 +52,10 @@ def _counts(values: np.ndarray, per_unit: float) -> np.ndarray:
     return np.clip(np.rint(values * per_unit), -INT16, INT16).astype(np.int16)
 
 
-def attitudes(walk: Walk, still: np.ndarray, settings: ComplementarySettings) -> np.ndarray:
-    """(n, 4) quat_wb, fixed point as on the chip."""
-    gyro_rad_s = walk.gyro_b_rad_s
+def attitudes(
+    walk: Walk, gyro_rad_s: np.ndarray, still: np.ndarray, settings: ComplementarySettings
+) -> np.ndarray:
+    """(n, 4) quat_wb by these (n, 3) rates, fixed point as on the chip."""
     if settings.bias == "start":
         gyro_rad_s = gyro_rad_s - start_bias(walk, still, settings.start_still_s)
     gyro = _counts(gyro_rad_s, GYRO_COUNTS_PER_RAD_S)
@@ -88,24 +90,30 @@ def complementary(
 ) -> Path:
     """Run it; decisions are revised as for `kalman`."""
     still, at_once = detection.still, detection.at_once or detection
-    quats = attitudes(walk, still, settings)
-    free = rotated(quats, walk.acc_b_m_s2) - [0.0, 0.0, GRAVITY_M_S2]
-    raw = np.cumsum(free * walk.dt_s[:, None], axis=0)
+    quats = attitudes(walk, walk.rates.known_b_rad_s, still, settings)
+    raw = _raw_velocity(walk, quats)
     vel = raw - _drift(raw, np.arange(len(walk)), np.flatnonzero(still))
     pos = _travelled(vel, walk.dt_s)
-    final = final_samples(walk, detection.ahead_s)
+    final = final_samples(walk, max(detection.ahead_s, AHEAD_S))
     if causal or np.isfinite(detection.ahead_s):
         after = len(walk) - final
-        told_pos, told_vel = _at_once(walk, raw, pos, still, at_once.still, after)
+        told_quats = attitudes(walk, walk.rates.at_once_b_rad_s, still, settings)
+        told_pos, told_vel = _at_once(walk, quats, told_quats, pos, still, at_once.still, after)
         told_pos = glided(told_pos, told_vel, walk.dt_s)
         if causal:
-            return Path(told_pos, told_vel, quats, at_once.still, len(walk))
+            return Path(told_pos, told_vel, told_quats, at_once.still, len(walk))
     stands = np.flatnonzero(still[:final])
     known = int(stands[-1]) + 1 if len(stands) else 0  # a swing is, when the stance after it is
     if np.isfinite(detection.ahead_s):
         pos[:known] = held(told_pos[:known], pos[:known], settings.held_m)
         pos[known:], vel[known:] = told_pos[known:], told_vel[known:]
     return Path(pos, vel, quats, still, known)
+
+
+def _raw_velocity(walk: Walk, quats: np.ndarray) -> np.ndarray:
+    """(n, 3) what is not gravity, integrated."""
+    free = rotated(quats, walk.acc_b_m_s2) - [0.0, 0.0, GRAVITY_M_S2]
+    return np.cumsum(free * walk.dt_s[:, None], axis=0)
 
 
 def _drift(raw: np.ndarray, at: np.ndarray, stands: np.ndarray) -> np.ndarray:
@@ -123,7 +131,8 @@ def _travelled(vel: np.ndarray, dt_s: np.ndarray) -> np.ndarray:
 
 def _at_once(
     walk: Walk,
-    raw: np.ndarray,
+    quats: np.ndarray,
+    told_quats: np.ndarray,
     pos: np.ndarray,
     still: np.ndarray,
     still_at_once: np.ndarray,
@@ -131,12 +140,14 @@ def _at_once(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) positions and velocities as each sample is known at that sample.
 
-    pos, still : in the end; what is `after` samples old is known of them.
+    quats, pos, still : in the end; what is `after` samples old is known of them.
 
     From the last stance that is known to be one, positions are found anew at the begin of each
-    piece, from what was decided since; within a piece a stance only sets the velocity to zero.
+    piece, from what was decided since; within a piece a stance only sets the velocity to zero. The
+    attitude of that stance is known better by then, too: all is turned by how much.
     """
-    count, piece, dt_s = len(raw), revised_piece(walk), walk.dt_s
+    count, piece, dt_s = len(walk), revised_piece(walk), walk.dt_s
+    raw = _raw_velocity(walk, told_quats)
     told_pos, told_vel = np.empty((count, 3)), np.empty((count, 3))
     last = np.maximum.accumulate(np.where(still, np.arange(count), -1))
     for begin in range(0, count, piece):
@@ -150,9 +161,15 @@ def _at_once(
         now = np.where(still_at_once[begin:end], np.arange(begin, end), -1)
         now = np.maximum.accumulate(now)
         drift[begin - base :][now >= 0] = raw[now[now >= 0]]
-        vel = raw[base:end] - drift
+        vel = _turned(raw[base:end] - drift, quats[base], told_quats[base])
         way = _travelled(vel, np.concatenate([[0.0], dt_s[base + 1 : end]]))
         if stood >= 0:
             way += pos[stood]
         told_pos[begin:end], told_vel[begin:end] = way[begin - base :], vel[begin - base :]
     return told_pos, told_vel
+
+
+def _turned(vectors_w: np.ndarray, quat: np.ndarray, told_quat: np.ndarray) -> np.ndarray:
+    """(k, 3) by an attitude that was taken for another one."""
+    in_body = rotated(told_quat[None] * [1.0, -1.0, -1.0, -1.0], vectors_w)
+    return rotated(quat[None], in_body)

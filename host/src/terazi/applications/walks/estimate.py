@@ -10,6 +10,7 @@ from pathlib import Path as Weights
 
 from terazi.applications.walks import detectors as of
 from terazi.applications.walks.checks import check_standing, stride_note
+from terazi.applications.walks.clipping import clipping_note
 from terazi.applications.walks.complementary import ComplementarySettings, complementary
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.elimination import eliminate
@@ -109,7 +110,7 @@ def estimate(
     walk = check_standing(walk, shown.still)
     path = _navigated(walk, detection, options, progress)
     strides = find_strides(path, walk.rate_hz)
-    notes = stride_note(strides_s(walk, strides))
+    notes = (*clipping_note(walk.rates), *stride_note(strides_s(walk, strides)))
     if options.eliminate_drift:
         # It looks at the whole path anyway: at the one that nothing holds back.
         free = _navigated(walk, detection, _freed(options), None)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from terazi.applications.walks.clipping import AHEAD_S
 from terazi.applications.walks.detectors import Detection
 from terazi.applications.walks.record import Walk
 from terazi.applications.walks.windows import moving_variance, odd_length
@@ -129,15 +130,15 @@ def kalman(
     a record's end, the rest stays where it is. (Unless decisions know the whole record, ahead_s
     infinite: then nothing can be held.)
     """
-    columns = walk.dt_s, walk.acc_b_m_s2, walk.gyro_b_rad_s
+    known_rates, rates_at_once = walk.rates.known_b_rad_s, walk.rates.at_once_b_rad_s
     at_once = detection.at_once
     told = None
     if at_once is not None and (causal or np.isfinite(detection.ahead_s)):
         begins = detection if np.isfinite(detection.ahead_s) else at_once
         told = _ins(walk, begins, settings).run_at_once(
-            *columns,
-            _sigmas(walk, at_once, settings, causal=True),
-            _sigmas(walk, detection, settings, causal=False),
+            *(walk.dt_s, walk.acc_b_m_s2),
+            (rates_at_once, *_sigmas(walk, at_once, settings, causal=True)),
+            (known_rates, *_sigmas(walk, detection, settings, causal=False)),
             revised_after=len(walk) - _revised(walk, detection, settings),
             piece=revised_piece(walk),
             progress=_share(progress, 0.0, 1.0 if causal else 0.5),
@@ -147,7 +148,7 @@ def kalman(
         return _path(told, at_once.still, len(walk))
     smooth_len = 0 if causal else round(settings.smooth_s * walk.rate_hz)
     rows, _biases = _ins(walk, detection, settings).run(
-        *columns,
+        *(walk.dt_s, walk.acc_b_m_s2, rates_at_once if causal else known_rates),
         *_sigmas(walk, detection, settings, causal=causal),
         smooth_len=smooth_len,
         progress=progress if told is None else _share(progress, 0.5, 1.0),
@@ -196,7 +197,7 @@ def _path(rows: np.ndarray, still: np.ndarray, settled: int) -> Path:
 
 
 def _revised(walk: Walk, detection: Detection, settings: KalmanSettings) -> int:
-    return final_samples(walk, max(settings.standstill_s / 2, detection.ahead_s))
+    return final_samples(walk, max(settings.standstill_s / 2, detection.ahead_s, AHEAD_S))
 
 
 def _share(progress, begin: float, end: float):

@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
+
+from terazi.applications.walks.clipping import Rates, unclipped
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,11 @@ class Walk:
         """(n,) s since the sample before; the first lasts as long as the usual one."""
         steps = np.diff(self.t_s)
         return np.concatenate([[1 / self.rate_hz], steps])
+
+    @cached_property
+    def rates(self) -> Rates:
+        """Angular rates for a navigator: what the gyroscope's range cut off is put back."""
+        return unclipped(self.gyro_b_rad_s, self.rate_hz)
 
     @property
     def may_return(self) -> bool:
