@@ -7,7 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from terazi.applications.walks.windows import moving_mean, moving_min, moving_variance, odd_length
+from terazi.applications.walks.windows import (
+    moving_mean,
+    moving_min,
+    moving_variance,
+    odd_length,
+    spans,
+)
 
 values = st.integers(1, 60).flatmap(
     lambda count: arrays(np.float64, count, elements=st.floats(-100, 100, width=32))
@@ -55,3 +61,13 @@ def test_moving_variance_is_that_of_all_axes_together():
 @pytest.mark.parametrize(("seconds", "length"), [(0.0, 1), (0.005, 1), (0.025, 5), (0.045, 9)])
 def test_odd_length_is_odd_and_near(seconds, length):
     assert odd_length(seconds, 200.0) == length
+
+
+@given(which=arrays(np.bool_, st.integers(0, 40)))
+def test_spans_hold_all_that_is_true_and_nothing_else(which):
+    found = spans(which)
+    again = np.zeros(len(which), bool)
+    for begin, end in found:
+        again[begin:end] = True
+    assert np.array_equal(again, which)
+    assert np.all(found[1:, 0] > found[:-1, 1])  # apart, in order

@@ -13,11 +13,12 @@ ever was on that side so far, and about as high as any axis ever was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+
+from terazi.applications.walks.windows import spans
 
 # None of them is critical: none to 0.95 for OTHER_AXES, 0 to 0.06 for ABOVE, 0.97 to 0.985 for SAME
 # and a third more or less of the times change mean errors of recorded walks by 2 to 4 %.
@@ -57,9 +58,9 @@ def unclipped(measured: np.ndarray, rate_hz: float) -> Rates:
     for axis, sign in product(range(3), (1.0, -1.0)):
         rate = sign * measured[:, axis]
         high = rate >= np.maximum(least, SAME * _highest(rate, look))
-        for begin, end in _spans(high, longest):
+        for begin, end in spans(high).tolist():
             seen = end + look + slope_len
-            if begin <= slope_len or seen >= len(rate):
+            if not 2 <= end - begin <= longest or begin <= slope_len or seen >= len(rate):
                 continue
             lacks = _lacking(rate, begin, end, slope_len)
             if lacks.max() >= ABOVE * rate[begin]:
@@ -86,14 +87,6 @@ def _highest(values: np.ndarray, ahead: int) -> np.ndarray:
     """(n,) the highest so far, as it is known `ahead` samples later."""
     so_far = np.maximum.accumulate(values)
     return np.concatenate([so_far[ahead:], np.full(min(ahead, len(values)), so_far[-1])])
-
-
-def _spans(high: np.ndarray, longest: int) -> Iterator[tuple[int, int]]:
-    """Begins and ends of 2 .. longest samples that are high."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], high, [False]]).astype(np.int8)))
-    for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if 2 <= end - begin <= longest:
-            yield begin, end
 
 
 def _lacking(rate: np.ndarray, begin: int, end: int, slope_len: int) -> np.ndarray:

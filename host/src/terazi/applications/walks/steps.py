@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from terazi.applications.walks.navigator import Path
+from terazi.applications.walks.windows import spans
 
 STRIDE_M = 0.15  # less is a foot that shuffles where it stands
 STANCE_S = 0.02
@@ -36,9 +37,8 @@ class Strides:
 
 def stances(still: np.ndarray, rate_hz: float) -> np.ndarray:
     """(m, 2) first sample and first no longer in it, of each stance that lasts."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
-    spans = edges.reshape(-1, 2)
-    return spans[spans[:, 1] - spans[:, 0] >= STANCE_S * rate_hz]
+    found = spans(still)
+    return found[found[:, 1] - found[:, 0] >= STANCE_S * rate_hz]
 
 
 def find_strides(path: Path, rate_hz: float) -> Strides:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Moving means and minima over arrays: centred, or over the past alone."""
+"""Moving means and minima over arrays, centred or over the past alone; spans of what is true."""
 
 from __future__ import annotations
 
@@ -43,6 +43,12 @@ def moving_min(values: np.ndarray, length: int, *, causal: bool = False) -> np.n
         return np.concatenate([np.minimum.accumulate(values[: length - 1]), whole])
     half = length // 2
     return whole[np.clip(np.arange(count) - half, 0, count - length)]
+
+
+def spans(which: np.ndarray) -> np.ndarray:
+    """(m, 2) first sample and first no longer in it, of each stretch of (n,) that is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2)
 
 
 def _bounds(count: int, length: int, causal: bool) -> tuple[np.ndarray, np.ndarray]:
