@@ -147,7 +147,7 @@ def _at_once(
     attitude of that stance is known better by then, too: all is turned by how much.
     """
     count, piece, dt_s = len(walk), revised_piece(walk), walk.dt_s
-    raw = _raw_velocity(walk, told_quats)
+    raw, turns = _raw_velocity(walk, told_quats), _turns(quats, told_quats)
     told_pos, told_vel = np.empty((count, 3)), np.empty((count, 3))
     last = np.maximum.accumulate(np.where(still, np.arange(count), -1))
     for begin in range(0, count, piece):
@@ -161,7 +161,8 @@ def _at_once(
         now = np.where(still_at_once[begin:end], np.arange(begin, end), -1)
         now = np.maximum.accumulate(now)
         drift[begin - base :][now >= 0] = raw[now[now >= 0]]
-        vel = _turned(raw[base:end] - drift, quats[base], told_quats[base])
+        along = raw[base:end] - drift
+        vel = sum(along[:, axis, None] * turns[base, :, axis] for axis in range(3))
         way = _travelled(vel, np.concatenate([[0.0], dt_s[base + 1 : end]]))
         if stood >= 0:
             way += pos[stood]
@@ -169,7 +170,8 @@ def _at_once(
     return told_pos, told_vel
 
 
-def _turned(vectors_w: np.ndarray, quat: np.ndarray, told_quat: np.ndarray) -> np.ndarray:
-    """(k, 3) by an attitude that was taken for another one."""
-    in_body = rotated(told_quat[None] * [1.0, -1.0, -1.0, -1.0], vectors_w)
-    return rotated(quat[None], in_body)
+def _turns(quats: np.ndarray, told_quats: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) from what was taken for the world by one attitude to what it is by the other."""
+    back = told_quats * [1.0, -1.0, -1.0, -1.0]
+    axes = (np.broadcast_to(axis, (len(quats), 3)) for axis in np.eye(3))
+    return np.stack([rotated(quats, rotated(back, axis)) for axis in axes], axis=-1)
